@@ -1,0 +1,80 @@
+#include "base/sobol.h"
+
+/* Joe and Kuo: degree s, coefficients a, initial numbers m, of dimensions 2 to 8. */
+static const struct {
+    unsigned s, a, m[5];
+} polynomials[PM_SOBOL_DIMENSIONS - 1] = {
+    {1, 0, {1}},          {2, 1, {1, 3}},       {3, 1, {1, 3, 1}},       {3, 2, {1, 1, 1}},
+    {4, 1, {1, 1, 3, 3}}, {4, 4, {1, 3, 5, 13}}, {5, 2, {1, 1, 5, 5, 17}},
+};
+
+/* The 32 direction numbers of a dimension, bit-reversed so that scrambling works upward. */
+static void make_directions(unsigned dimension, uint32_t v[32])
+{
+    if (dimension == 0) {
+        for (unsigned i = 0; i < 32; i++)
+            v[i] = 1U << (31 - i);
+        return;
+    }
+    unsigned s = polynomials[dimension - 1].s, a = polynomials[dimension - 1].a;
+    for (unsigned i = 0; i < 32; i++) {
+        if (i < s) {
+            v[i] = polynomials[dimension - 1].m[i] << (31 - i);
+            continue;
+        }
+        v[i] = v[i - s] ^ (v[i - s] >> s);
+        for (unsigned k = 1; k < s; k++)
+            v[i] ^= ((a >> (s - 1 - k)) & 1) ? v[i - k] : 0;
+    }
+}
+
+static uint32_t directions[PM_SOBOL_DIMENSIONS][32];
+
+/* Filled before main, read-only ever after. */
+__attribute__((constructor)) static void fill_directions(void)
+{
+    for (unsigned d = 0; d < PM_SOBOL_DIMENSIONS; d++)
+        make_directions(d, directions[d]);
+}
+
+static uint32_t reverse_bits(uint32_t x)
+{
+    x = __builtin_bswap32(x);
+    x = ((x >> 4) & 0x0F0F0F0FU) | ((x & 0x0F0F0F0FU) << 4);
+    x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
+    return ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
+}
+
+/* Burley 2020, listing 1 with the constants of Vegdahl's improved Laine-Karras hash. */
+static uint32_t owen_scramble(uint32_t x, uint32_t seed)
+{
+    x = reverse_bits(x);
+    x ^= x * 0x3D20ADEAU;
+    x += seed;
+    x *= (seed >> 16) | 1U;
+    x ^= x * 0x05526C56U;
+    x ^= x * 0x53A22864U;
+    return reverse_bits(x);
+}
+
+uint32_t pm_hash_u32(uint32_t a, uint32_t b)
+{
+    uint32_t x = a + b * 0x9E3779B9U + 0x7F4A7C15U;
+    for (int round = 0; round < 2; round++) {
+        x ^= x >> 16;
+        x *= 0x7FEB352DU;
+        x ^= x >> 15;
+        x *= 0x846CA68BU;
+        x ^= x >> 16;
+        x += b;
+    }
+    return x;
+}
+
+double pm_sobol(uint32_t index, unsigned dimension, uint32_t scramble)
+{
+    uint32_t x = 0;
+    for (unsigned bit = 0; index; bit++, index >>= 1)
+        x ^= (index & 1) ? directions[dimension][bit] : 0;
+    return owen_scramble(x, pm_hash_u32(scramble, dimension)) * 0x1p-32;
+}

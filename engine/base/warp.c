@@ -1,0 +1,76 @@
+#include "base/warp.h"
+
+#include "base/maths.h"
+
+pm_frame pm_frame_make(pm_vec3 n)
+{
+    double sign = copysign(1.0, n.z);
+    double a = -1 / (sign + n.z);
+    double b = n.x * n.y * a;
+    return (pm_frame){.x = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x},
+                      .y = {b, sign + n.y * n.y * a, -n.y},
+                      .z = n};
+}
+
+pm_vec3 pm_frame_to_world(const pm_frame *f, pm_vec3 v)
+{
+    return (pm_vec3){v.x * f->x.x + v.y * f->y.x + v.z * f->z.x,
+                     v.x * f->x.y + v.y * f->y.y + v.z * f->z.y,
+                     v.x * f->x.z + v.y * f->y.z + v.z * f->z.z};
+}
+
+pm_vec3 pm_frame_to_local(const pm_frame *f, pm_vec3 v)
+{
+    return (pm_vec3){pm_vec3_dot(v, f->x), pm_vec3_dot(v, f->y), pm_vec3_dot(v, f->z)};
+}
+
+pm_vec3 pm_warp_disc(double u, double v)
+{
+    double a = 2 * u - 1, b = 2 * v - 1, r, phi;
+    if (a == 0 && b == 0)
+        return (pm_vec3){0, 0, 0};
+    if (fabs(a) > fabs(b)) {
+        r = a;
+        phi = PM_PI / 4 * (b / a);
+    } else {
+        r = b;
+        phi = PM_PI / 2 - PM_PI / 4 * (a / b);
+    }
+    double sine, cosine;
+    pm_sincos(phi, &sine, &cosine);
+    return (pm_vec3){r * cosine, r * sine, 0};
+}
+
+pm_vec3 pm_warp_cosine(double u, double v)
+{
+    pm_vec3 d = pm_warp_disc(u, v);
+    double z2 = 1 - d.x * d.x - d.y * d.y;
+    d.z = sqrt(z2 > 0x1p-64 ? z2 : 0x1p-64); /* never in the plane: the pdf stays positive */
+    return d;
+}
+
+static pm_vec3 around_axis(double radius, double v, double z)
+{
+    double sine, cosine;
+    pm_sincos(2 * PM_PI * v, &sine, &cosine);
+    return (pm_vec3){radius * cosine, radius * sine, z};
+}
+
+pm_vec3 pm_warp_sphere(double u, double v)
+{
+    double z = 1 - 2 * u;
+    double r2 = 1 - z * z;
+    return around_axis(sqrt(r2 > 0 ? r2 : 0), v, z);
+}
+
+pm_vec3 pm_warp_cone(double u, double v, double versine)
+{
+    double w = u * versine; /* 1 - cos(theta) */
+    return around_axis(sqrt(w * (2 - w)), v, 1 - w);
+}
+
+double pm_versine(double angle)
+{
+    double s = pm_sin(angle / 2);
+    return 2 * s * s;
+}
