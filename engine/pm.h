@@ -1,0 +1,18 @@
+#ifndef PM_H
+#define PM_H
+
+/* The engine, in reading order: each stage takes what the one before it made.
+ * pipeline.h runs the whole flow for one job. */
+#include "scene/scene.h"         /* bytes -> pm_scene */
+#include "world/world.h"         /* pm_scene -> pm_world */
+#include "world/media.h"         /*   what fills space */
+#include "world/surface.h"       /*   how surfaces scatter */
+#include "world/light.h"         /*   what shines */
+#include "plan/plan.h"           /* pm_world + wanted -> pm_plan */
+#include "forward/forward.h"     /* world + plan -> batches of photons */
+#include "photons/photon_map.h"  /* batches -> pm_photon_map */
+#include "backward/backward.h"   /* world + maps -> values */
+#include "image/image.h"         /* values -> files */
+#include "pipeline.h"
+
+#endif

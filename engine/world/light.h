@@ -1,0 +1,58 @@
+#ifndef PM_WORLD_LIGHT_H
+#define PM_WORLD_LIGHT_H
+
+#include "base/rgb.h"
+#include "world/world.h"
+
+/* Lights: every surface or distant source whose material emits (light, glow of radius >= 0,
+ * spotlight, illum). A glow of negative radius is seen but lights nothing, as in Radiance. */
+
+/* A photon leaving a light. */
+typedef struct pm_emission {
+    pm_vec3 origin, direction;
+    uint32_t from; /* surface, or PM_NO_PRIMITIVE for a distant source (origin outside the scene) */
+    pm_rgb flux;   /* total / pdf [W / scale^2]: mean over u = total emitted power */
+} pm_emission;
+
+/* u[0] picks the light in proportion to its power, u[1..2] the place, u[3..4] the direction.
+ * Distant sources emit onto the disc that the scene's bounding sphere shows them.
+ * False if the world has no light that emits. Test: emission_sums_to_power. */
+bool pm_light_emit(const pm_world *world, const double u[5], pm_emission *out);
+
+/* Power of all lights [W / scale^2]. */
+pm_rgb pm_light_total_power(const pm_world *world);
+
+/* One next-event sample. */
+typedef struct pm_light_sample {
+    pm_vec3 wi;      /* from the point to the light, unit */
+    double distance; /* to the light's surface; INFINITY for distant sources */
+    pm_rgb radiance; /* that the light sends to the point if nothing stands between */
+    double pdf;      /* [1/sr], choice of the light included */
+    uint32_t surface;/* the light's surface, or PM_NO_PRIMITIVE */
+    bool hidden;     /* an illum: no bounce can hit it, so multiple importance sampling gives it 1 */
+} pm_light_sample;
+
+/* Draws a light and a point on it as seen from `point`. u[0] picks the light, u[1..2] the place.
+ * False if the sample brings nothing (light faces away, outside a spotlight's cone, no lights).
+ * The estimate of direct light is radiance * transmittance * f cos / pdf. Small solid angles are
+ * sampled without cancellation. Test: next_event_equals_quadrature. */
+bool pm_light_sample_at(const pm_world *world, pm_vec3 point, const double u[3],
+                        pm_light_sample *out);
+
+/* Density [1/sr] with which pm_light_sample_at(point) draws the direction that hit `hit`
+ * (a surface); 0 if it is no light. */
+double pm_light_pdf_surface(const pm_world *world, pm_vec3 point, pm_vec3 wi, const pm_hit *hit);
+
+/* Radiance that the surface at `hit` emits towards wo; black for surfaces that do not emit, and for
+ * an illum (which is seen as its alternate material). */
+pm_rgb pm_light_radiance(const pm_world *world, const pm_hit *hit, pm_vec3 wo);
+
+/* True if pm_light_sample_at covers the light of that surface or (PM_NO_PRIMITIVE) of every
+ * distant source: its radiance reached by a diffuse or glossy bounce is already counted there. */
+bool pm_light_is_sampled(const pm_world *world, uint32_t surface);
+
+/* Radiance of the distant sources in a direction that leaves the scene, and the density [1/sr]
+ * with which pm_light_sample_at draws that direction there (sum over overlapping sources). */
+pm_rgb pm_light_distant(const pm_world *world, pm_vec3 direction, double *pdf);
+
+#endif

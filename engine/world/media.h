@@ -1,0 +1,46 @@
+#ifndef PM_WORLD_MEDIA_H
+#define PM_WORLD_MEDIA_H
+
+#include "base/rgb.h"
+#include "world/world.h"
+
+/* Participating media: mists, and the absorbing insides of dielectrics.
+ *
+ * A path carries the list of media that hold its current point. A dielectric displaces the mists
+ * outside it: inside it only what was entered after it counts; leaving it the mists are back.
+ * Overlapping mists add their extinctions. */
+
+enum { PM_MEDIA_MAX = 16 };
+
+typedef struct pm_media {
+    uint16_t count;
+    uint32_t material[PM_MEDIA_MAX]; /* in order of entry */
+} pm_media;
+
+/* What the innermost media are together [1 / world length]. */
+typedef struct pm_medium {
+    pm_rgb extinction; /* absorption + scattering */
+    pm_rgb albedo;     /* scattering / extinction, of the sum */
+    double g;          /* Henyey-Greenstein, scattering-weighted mean of the sum */
+} pm_medium;
+
+/* The media at a point in free space, by a ray to the outside. Cheap (count = 0) in a world
+ * without media. */
+void pm_media_at(const pm_world *world, pm_vec3 point, pm_media *out);
+
+/* A path goes through the surface of `hit` along `direction` (refraction and straight passage,
+ * not reflection). Surfaces that bound no medium change nothing. */
+void pm_media_cross(pm_media *media, const pm_world *world, const pm_hit *hit, pm_vec3 direction);
+
+/* False if nothing attenuates there. */
+bool pm_media_medium(const pm_media *media, const pm_world *world, pm_medium *out);
+
+/* exp(-extinction * length). Never NaN for any finite extinction and length >= 0. */
+pm_rgb pm_medium_transmittance(const pm_medium *medium, double length);
+
+/* Henyey-Greenstein 1941: density [1/sr] at cos of the scattering angle (1 = straight on), and a
+ * direction drawn from it. Test: phase_function_is_normalised. */
+double pm_phase(double g, double cosine);
+pm_vec3 pm_phase_sample(double g, pm_vec3 direction, double u, double v);
+
+#endif

@@ -1,0 +1,68 @@
+#ifndef PM_WORLD_SURFACE_H
+#define PM_WORLD_SURFACE_H
+
+#include "base/rgb.h"
+#include "world/world.h"
+
+/* How a material scatters light at a hit.
+ *
+ * `wo` and `wi` point away from the surface: wo to where the walk comes from, wi to where it goes
+ * on. The models are reciprocal or, where Radiance's are not, used as Radiance uses them; radiance
+ * is not scaled by the index squared in refraction (as in Radiance), so forward and backward walks
+ * use the same weights. */
+
+typedef enum pm_lobe {
+    PM_LOBE_NONE,             /* absorbed */
+    PM_LOBE_DIFFUSE,          /* Lambertian reflection or transmission */
+    PM_LOBE_GLOSSY,           /* rough specular reflection or transmission: finite pdf, an S event */
+    PM_LOBE_SPECULAR,         /* delta reflection or refraction: an S event */
+    PM_LOBE_STRAIGHT,         /* straight passage: no event at all */
+} pm_lobe;
+
+/* The material evaluated at one hit for one wo. */
+typedef struct pm_surface {
+    pm_vec3 normal;               /* unit, on wo's side */
+    pm_vec3 wo;
+    pm_rgb diffuse_reflectance;   /* Lambertian albedos */
+    pm_rgb diffuse_transmittance;
+    pm_rgb specular_reflectance;  /* of the delta lobe if roughness == 0, else of the Ward lobe */
+    pm_rgb specular_transmittance;/* likewise; direction refracted_wi, or a lobe about it */
+    pm_rgb straight_transmittance;/* straight passage: thin glass, antimatter, smooth trans, illum void */
+    double roughness;             /* Ward's alpha; 0 = delta */
+    pm_vec3 refracted_wi;         /* unit; of the delta transmission */
+    double dielectric_exit;       /* reserved for materials that need it; 0 otherwise */
+} pm_surface;
+
+typedef struct pm_scatter {
+    pm_lobe lobe;
+    bool transmitted; /* the walk goes through the surface: cross media */
+    pm_vec3 wi;       /* unit */
+    pm_rgb weight;    /* f |cos wi| / pdf: what the throughput is multiplied by */
+    double pdf;       /* [1/sr] of wi among the finite lobes together, for multiple importance
+                         sampling; 0 for delta and straight lobes */
+} pm_scatter;
+
+/* The material of `hit` seen from wo. An illum is its alternate material here. */
+void pm_surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo, pm_surface *out);
+
+/* Finite lobes: f(wi, wo) |cos wi|; diffuse and glossy parts apart. Delta lobes give nothing. */
+pm_rgb pm_surface_diffuse(const pm_surface *surface, pm_vec3 wi);
+pm_rgb pm_surface_glossy(const pm_surface *surface, pm_vec3 wi);
+
+/* Draws one lobe in proportion to its mean albedo weighted by `throughput`, then a direction
+ * from it. u[0] picks the lobe, u[1] and u[2] the direction. PM_LOBE_NONE if all are black.
+ * Never draws absorption: E[weight] is the albedo, roulette is the caller's. */
+void pm_surface_sample(const pm_surface *surface, pm_rgb throughput, const double u[3],
+                       pm_scatter *out);
+
+/* Draws from the non-diffuse lobes only (glossy, specular, straight), likewise. For the backward walk,
+ * which gathers the diffuse part from the photon maps. */
+void pm_surface_sample_specular(const pm_surface *surface, pm_rgb throughput, const double u[3],
+                                pm_scatter *out);
+
+/* Density of pm_surface_sample_specular for a glossy direction wi (0 if no glossy lobe). */
+double pm_surface_glossy_pdf(const pm_surface *surface, pm_rgb throughput, pm_vec3 wi);
+
+bool pm_surface_is_diffuse(const pm_surface *surface); /* has a diffuse part: stores photons */
+
+#endif
