@@ -22,9 +22,8 @@
 
 typedef struct pm_world pm_world;
 
-enum {
-    PM_NO_PRIMITIVE = 0xFFFFFFFFU /* a ray that starts in free space; a hit on nothing */
-};
+/* A ray that starts in free space; a hit on nothing. */
+#define PM_NO_PRIMITIVE 0xFFFFFFFFU
 
 /* Compiles a scene. Surfaces and materials are sorted by digest, so that equal octree hashes trace
  * equal photons. Borrows nothing from the scene. A scene without any surface or source is an error.
