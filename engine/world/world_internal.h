@@ -1,0 +1,86 @@
+#ifndef PM_WORLD_INTERNAL_H
+#define PM_WORLD_INTERNAL_H
+
+#include "base/arena.h"
+#include "world/shape.h"
+#include "world/world.h"
+
+/* What the files of this folder share. Nothing outside it includes this header.
+ *
+ * Compile order (world.c): shapes and bounds -> cube -> digests, sorted -> materials ->
+ * shapes in world coordinates -> octree -> ray structure, twins -> lights. */
+
+struct pm_material; /* material.h */
+struct pm_lights;   /* light.c */
+struct pm_rays;     /* rays.c */
+
+/* A `source`: radiance from a cone of directions, infinitely far away. */
+struct pm_distant {
+    pm_vec3 direction; /* unit, from the scene to the centre of the source */
+    double half_angle; /* [rad], 0 < half_angle <= pi */
+    double versine;    /* 1 - cos(half_angle), without cancellation */
+    uint32_t material;
+};
+
+/* Which scene primitives the world's materials come from. Materials with equal digests (type,
+ * arguments and references by content) are one; they are sorted by digest. Only those that a
+ * surface or a source needs, by itself or through references, are there. */
+struct pm_material_table {
+    size_t count;
+    const uint32_t *primitive; /* [count]: a scene primitive with that content */
+    const pm_digest *digest;   /* [count] */
+    /* [scene->count]: the material that a primitive became, PM_NO_PRIMITIVE if it is a surface
+     * or not needed. Use it to translate pm_primitive.references. */
+    const uint32_t *of_primitive;
+};
+
+struct pm_world {
+    pm_arena arena; /* everything below that is not said to be elsewhere */
+
+    pm_vec3 center; /* of the cube [scene units] */
+    double scale;   /* half its edge [scene units] */
+    pm_vec3 low, high;
+    pm_digest hash;
+    size_t octree_nodes;
+
+    /* Local surfaces and distant sources, each sorted by digest. */
+    size_t shape_count;
+    struct pm_shape *shapes;
+    const pm_digest *shape_digests;
+    size_t distant_count;
+    struct pm_distant *distants;
+    const pm_digest *distant_digests;
+
+    /* Filled by pm_materials_compile (material.c); freed with the arena. */
+    size_t material_count;
+    struct pm_material *materials;
+    bool passes_straight; /* some used material has a straight part (glass, trans, antimatter,
+                             illum with void) */
+    bool has_media;       /* some used material is a mist or an absorbing dielectric */
+
+    struct pm_lights *lights; /* pm_lights_build, pm_lights_free (light.c) */
+    struct pm_rays *rays;     /* rays.c */
+};
+
+/* material.c: fills `materials`, `passes_straight` and `has_media` from the table. Extinctions
+ * are multiplied by world->scale (set before). world->materials[i] comes from
+ * table->primitive[i]. */
+PM_MUST_USE pm_status pm_materials_compile(pm_world *world, const pm_scene *scene,
+                                           const struct pm_material_table *table,
+                                           pm_error *err);
+
+/* light.c: called last; shapes, materials and distants are complete. */
+PM_MUST_USE pm_status pm_lights_build(pm_world *world, pm_error *err);
+void pm_lights_free(struct pm_lights *lights);
+size_t pm_lights_count(const pm_world *world); /* surfaces and distant sources that emit */
+
+/* material.c: the part of the light that goes straight through the surface at a hit; black for
+ * what is opaque, refracting or scattering. */
+pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, pm_vec3 direction);
+
+/* material.c: for pm_world_info. */
+bool pm_material_is_specular(const struct pm_material *material);
+bool pm_material_is_diffuse(const struct pm_material *material);
+bool pm_material_is_mist(const struct pm_material *material);
+
+#endif
