@@ -33,7 +33,8 @@ typedef struct pm_job {
     pm_job_kind kind;
     const char *main_name; /* of the scene in its bundle */
     pm_wanted wanted;
-    pm_map_file files[PM_MAP_KINDS]; /* used instead of traced maps; gather counts from wanted */
+    pm_map_file
+        files[PM_MAP_KINDS]; /* used instead of traced maps; gather counts from wanted */
     pm_forward_options forward;
     unsigned threads; /* 0 = one a processor */
 
@@ -67,21 +68,22 @@ typedef struct pm_progress {
     double cpu_seconds, wall_seconds;
 } pm_progress;
 
-/* The world a job runs in; any pointer may be NULL. All are called from the job's own thread. */
+/* The world a job runs in; any pointer may be NULL. All are called from the job's own thread.
+ */
 typedef struct pm_job_hooks {
     void *context;
     bool (*cancelled)(void *context);
     void (*progress)(void *context, const pm_progress *progress);
-    /* Batch `index` of a family as pm_batch_write wrote it, or false. The bytes stay valid until
-     * `release` is called. */
+    /* Batch `index` of a family as pm_batch_write wrote it, or false. The bytes stay valid
+     * until `release` is called. */
     bool (*fetch)(void *context, const pm_digest *family, uint64_t index, const void **data,
                   size_t *size);
     void (*release)(void *context, const void *data, size_t size);
     /* Keeps a whole batch that was traced. */
     void (*keep)(void *context, const pm_digest *family, pm_map_kind kind, uint64_t index,
                  const pm_bytes *bytes);
-    /* Called before the batches of a family are needed, with the number that the caller will ask
-     * for as far as known; may block while another job makes them. */
+    /* Called before the batches of a family are needed, with the number that the caller will
+     * ask for as far as known; may block while another job makes them. */
     void (*begin)(void *context, const pm_digest *family, pm_map_kind kind);
     void (*end)(void *context, const pm_digest *family);
 } pm_job_hooks;

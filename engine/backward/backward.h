@@ -26,7 +26,8 @@ typedef struct pm_backward_maps {
     uint32_t gather_count[PM_MAP_KINDS]; /* N-nearest, if radius is 0 */
     double radius[PM_MAP_KINDS];         /* fixed radius [world units], if > 0. Progressive passes: the
                                             global map serves both, its specular photons with the radius
-                                            of PM_MAP_CAUSTIC */
+                                            of PM_MAP_CAUSTIC (0: it holds none); with -ab 0 there
+                                            is a caustic map instead of a global one */
     bool progressive;                    /* the maps are those of one progressive pass */
     int ambient_bounces;                 /* -ab; see the table in plan/plan.h */
 } pm_backward_maps;

@@ -3,7 +3,8 @@
 
 #include <stddef.h>
 
-/* Memory that is freed all at once. Zero-initialised storage is an empty arena. Not thread-safe. */
+/* Memory that is freed all at once. Zero-initialised storage is an empty arena. Not
+ * thread-safe. */
 typedef struct pm_arena {
     struct pm_arena_block *blocks;
     size_t used, size; /* of the newest block [bytes] */

@@ -20,7 +20,8 @@ void pm_bytes_clear(pm_bytes *bytes);
 pm_status pm_bytes_status(const pm_bytes *bytes);
 void pm_bytes_append(pm_bytes *bytes, const void *data, size_t size);
 void pm_bytes_text(pm_bytes *bytes, const char *text);
-void pm_bytes_format(pm_bytes *bytes, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void pm_bytes_format(pm_bytes *bytes, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 void pm_bytes_u8(pm_bytes *bytes, uint8_t value);
 void pm_bytes_u32(pm_bytes *bytes, uint32_t value);
 void pm_bytes_u64(pm_bytes *bytes, uint64_t value);

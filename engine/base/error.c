@@ -25,8 +25,8 @@ pm_status pm_error_set(pm_error *err, pm_status status, const char *format, ...)
     return status;
 }
 
-pm_status pm_error_set_at(pm_error *err, pm_status status, const char *file, int line, int column,
-                          const char *format, ...)
+pm_status pm_error_set_at(pm_error *err, pm_status status, const char *file, int line,
+                          int column, const char *format, ...)
 {
     va_list args;
     va_start(args, format);
@@ -47,9 +47,9 @@ void pm_error_format(const pm_error *err, char *out, size_t size)
 
 const char *pm_status_name(pm_status status)
 {
-    static const char *const names[] = {"ok",       "memory",  "io",       "syntax",
-                                        "range",    "unsupported", "missing", "mismatch",
-                                        "corrupt",  "limit",   "cancelled"};
+    static const char *const names[] = {"ok",      "memory",      "io",       "syntax",
+                                        "range",   "unsupported", "missing",  "mismatch",
+                                        "corrupt", "limit",       "cancelled"};
     size_t index = (size_t)status;
     return index < sizeof names / sizeof *names ? names[index] : "unknown";
 }

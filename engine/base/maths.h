@@ -3,8 +3,8 @@
 
 /* Elementary functions whose bits do not depend on the processor: SLEEF's purecfma variants,
  * at most 1 ULP off. The C library picks its own variants at run time, so nothing that steers a
- * path or enters a sum may call sin, cos, exp, log, pow, acos or atan2 from <math.h>; sqrt, fabs,
- * floor and fma are exact everywhere and may be used. */
+ * path or enters a sum may call sin, cos, exp, log, pow, acos or atan2 from <math.h>; sqrt,
+ * fabs, floor and fma are exact everywhere and may be used. */
 
 #define PM_PI 3.14159265358979323846
 

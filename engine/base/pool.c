@@ -117,7 +117,8 @@ unsigned pm_pool_threads(const pm_pool *pool)
     return pool->threads;
 }
 
-void pm_pool_run(pm_pool *pool, size_t count, void (*work)(void *, size_t, unsigned), void *context)
+void pm_pool_run(pm_pool *pool, size_t count, void (*work)(void *, size_t, unsigned),
+                 void *context)
 {
     pool->work = work;
     pool->context = context;

@@ -56,7 +56,8 @@ static inline double pm_rgb_mean(pm_rgb a)
     return (a.r + a.g + a.b) / 3;
 }
 
-/* Radiance's photopic weights of its default primaries (src/common/color.h, CIE_rf .. CIE_bf). */
+/* Radiance's photopic weights of its default primaries (src/common/color.h, CIE_rf .. CIE_bf).
+ */
 static inline double pm_rgb_luminance(pm_rgb a)
 {
     return 0.265074126 * a.r + 0.670114631 * a.g + 0.064811243 * a.b;

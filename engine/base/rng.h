@@ -3,8 +3,8 @@
 
 #include <stdint.h>
 
-/* Philox 4x32-10, a counter-based generator: the numbers depend on (seed, purpose, index, bounce)
- * and their order within that bounce, never on threads or on what was drawn elsewhere.
+/* Philox 4x32-10, a counter-based generator: the numbers depend on (seed, purpose, index,
+ * bounce) and their order within that bounce, never on threads or on what was drawn elsewhere.
  * Source: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011.
  * Test: rng_philox_known_answers. */
 

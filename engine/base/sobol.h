@@ -8,8 +8,9 @@
  *   dimension  0 .. PM_SOBOL_DIMENSIONS - 1
  *   scramble   any 32 bits; equal scrambles give the same sequence, others independent ones
  * Returns a number in [0, 1).
- * Source: direction numbers of Joe and Kuo 2008 (new-joe-kuo-6); hash-based Owen scrambling after
- * Burley, "Practical hash-based Owen scrambling", JCGT 9(4), 2020. Test: sobol_is_a_net. */
+ * Source: direction numbers of Joe and Kuo 2008 (new-joe-kuo-6); hash-based Owen scrambling
+ * after Burley, "Practical hash-based Owen scrambling", JCGT 9(4), 2020. Test: sobol_is_a_net.
+ */
 enum { PM_SOBOL_DIMENSIONS = 8 };
 
 double pm_sobol(uint32_t index, unsigned dimension, uint32_t scramble);

@@ -24,8 +24,8 @@ pm_vec3 pm_warp_cosine(double u, double v);
 /* Uniform on the unit sphere; pdf_solid_angle = 1 / (4 pi). */
 pm_vec3 pm_warp_sphere(double u, double v);
 
-/* Uniform in the cone about +z with 1 - cos(half angle) = `versine`, which keeps its precision for
- * the smallest angles; pdf_solid_angle = 1 / (2 pi versine). */
+/* Uniform in the cone about +z with 1 - cos(half angle) = `versine`, which keeps its precision
+ * for the smallest angles; pdf_solid_angle = 1 / (2 pi versine). */
 pm_vec3 pm_warp_cone(double u, double v, double versine);
 
 /* 1 - cos of an angle in radians, without cancellation. */

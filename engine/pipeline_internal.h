@@ -1,0 +1,37 @@
+#ifndef PM_PIPELINE_INTERNAL_H
+#define PM_PIPELINE_INTERNAL_H
+
+#include "pipeline.h"
+
+/* One running job. */
+typedef struct pm_run {
+    const pm_job *job;
+    const pm_job_hooks *hooks; /* never NULL; its pointers may be */
+    pm_answer *answer;
+    pm_error *err;
+    pm_pool *pool;
+    pm_world *world;
+    pm_forward *forward;
+    double wall_start, cpu_start;
+    pm_progress progress;
+} pm_run;
+
+bool pm_run_cancelled(void *run); /* for the stages' `cancelled` parameters */
+void pm_run_progress(pm_run *run, const char *stage, double done);
+double pm_run_wall_seconds(const pm_run *run);
+double pm_run_cpu_seconds(const pm_run *run);
+
+/* The maps that the plan needs, or the user's files: from the store as far as it has their
+ * batches, the rest traced. out[kind] is NULL where there is none. (pipeline_maps.c) */
+PM_MUST_USE pm_status pm_run_make_maps(pm_run *run, pm_photon_map *out[PM_MAP_KINDS]);
+
+/* The maps of one progressive pass: batch `pass` of the global family (of the caustic one, if
+ * the plan wants no global map) and of the volume family. */
+PM_MUST_USE pm_status pm_run_make_pass_maps(pm_run *run, uint32_t pass,
+                                            pm_photon_map *out[PM_MAP_KINDS]);
+
+/* Adds passes until a stop is met, and writes the curve. (pipeline_passes.c) */
+PM_MUST_USE pm_status pm_run_passes(pm_run *run, pm_accumulation *accumulation,
+                                    pm_photon_map *const maps[PM_MAP_KINDS]);
+
+#endif

@@ -1,0 +1,391 @@
+#include "pipeline_internal.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A map of a wanted number of photons that grows batch by batch. */
+struct growing {
+    bool active; /* still short of its number */
+    bool begun;
+    uint64_t wanted;
+    pm_digest family;
+    pm_batch *batches;
+    size_t count, capacity;
+    uint64_t photons, paths;
+    bool gave_up;
+};
+
+/* Paths after which a map that does not fill is given up: a fixed start, and a thousandth of a
+ * photon a path beyond it. The user is told what was reached. */
+static uint64_t path_limit(uint64_t photons)
+{
+    uint64_t start = UINT64_C(1) << 22;
+    return photons > (UINT64_MAX - start) / 1000 ? UINT64_MAX : start + 1000 * photons;
+}
+
+static pm_batch *append_batch(struct growing *map)
+{
+    if (map->count == map->capacity) {
+        size_t capacity = map->capacity ? 2 * map->capacity : 16;
+        pm_batch *batches = realloc(map->batches, capacity * sizeof *batches);
+        if (!batches)
+            return NULL;
+        map->batches = batches;
+        map->capacity = capacity;
+    }
+    pm_batch *batch = &map->batches[map->count++];
+    *batch = (pm_batch){0};
+    return batch;
+}
+
+static void growing_clear(struct growing *map)
+{
+    for (size_t i = 0; i < map->count; i++)
+        pm_batch_clear(&map->batches[i]);
+    free(map->batches);
+}
+
+static void begin(pm_run *run, pm_map_kind kind, struct growing *map)
+{
+    map->family = pm_forward_family(run->forward, kind);
+    map->begun = true;
+    if (run->hooks->begin)
+        run->hooks->begin(run->hooks->context, &map->family, kind);
+}
+
+static void end(pm_run *run, struct growing *map)
+{
+    if (map->begun && run->hooks->end)
+        run->hooks->end(run->hooks->context, &map->family);
+    map->begun = false;
+}
+
+/* A stored batch, if the store has it whole and sound; a damaged one is traced again. */
+static bool fetch_batch(pm_run *run, const pm_digest *family, pm_map_kind kind, uint64_t index,
+                        pm_batch *out)
+{
+    const pm_job_hooks *hooks = run->hooks;
+    const void *data = NULL;
+    size_t size = 0;
+    if (!hooks->fetch || !hooks->fetch(hooks->context, family, index, &data, &size))
+        return false;
+    pm_batch batch = {0};
+    bool sound = pm_batch_read(data, size, &batch, NULL) == PM_OK;
+    if (hooks->release)
+        hooks->release(hooks->context, data, size);
+    if (sound && batch.kind == kind && batch.index == index && batch.paths == PM_BATCH_PATHS &&
+        batch.ends) {
+        *out = batch;
+        return true;
+    }
+    pm_batch_clear(&batch);
+    return false;
+}
+
+static pm_status keep_batch(pm_run *run, const pm_digest *family, const pm_batch *batch)
+{
+    if (!run->hooks->keep)
+        return PM_OK;
+    pm_bytes bytes = {0};
+    pm_status st = pm_batch_write(batch, &bytes, run->err);
+    if (!st)
+        run->hooks->keep(run->hooks->context, family, batch->kind, batch->index, &bytes);
+    pm_bytes_clear(&bytes);
+    return st;
+}
+
+static void add_balance(pm_answer *answer, const pm_run *run, const pm_batch *batch)
+{
+    double area = run->answer->world.scale * run->answer->world.scale;
+    answer->emitted = pm_rgb_madd(answer->emitted, area, batch->emitted);
+    answer->absorbed = pm_rgb_madd(answer->absorbed, area, batch->absorbed);
+    answer->escaped = pm_rgb_madd(answer->escaped, area, batch->escaped);
+}
+
+/* The least number of paths whose deposits reach `missing` photons. */
+static uint32_t least_paths(const pm_batch *batch, uint64_t missing)
+{
+    uint32_t low = 0, high = batch->paths - 1;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (batch->ends[middle] >= missing)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return low + 1;
+}
+
+/* Takes what the map still needs of its newest batch. */
+static void settle(pm_run *run, pm_map_kind kind, struct growing *map)
+{
+    pm_batch *batch = &map->batches[map->count - 1];
+    uint64_t missing = map->wanted - map->photons;
+    if (batch->count >= missing) {
+        pm_batch_truncate(batch, least_paths(batch, missing));
+        map->active = false;
+    }
+    map->photons += batch->count;
+    map->paths += batch->paths;
+    if (map->active && map->paths >= path_limit(map->photons)) {
+        map->active = false;
+        map->gave_up = true;
+    }
+    run->progress.photons[kind] = map->photons;
+    run->progress.paths = map->paths > run->progress.paths ? map->paths : run->progress.paths;
+}
+
+/* One more batch for every map that is still short: stored ones are fetched, the others traced
+ * together. */
+static pm_status grow(pm_run *run, uint64_t index, struct growing maps[PM_MAP_KINDS])
+{
+    unsigned missing = 0;
+    pm_batch traced[PM_MAP_KINDS] = {0};
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        struct growing *map = &maps[kind];
+        if (!map->active)
+            continue;
+        pm_batch *batch = append_batch(map);
+        if (!batch)
+            return pm_error_set(run->err, PM_E_MEMORY, "no memory for more photons");
+        if (fetch_batch(run, &map->family, (pm_map_kind)kind, index, batch))
+            run->answer->maps[kind].paths_cached += batch->paths;
+        else
+            missing |= 1U << kind;
+    }
+    if (missing) {
+        pm_status st = pm_forward_batch(run->forward, index, missing, run->pool,
+                                        pm_run_cancelled, run, traced, run->err);
+        if (st)
+            return st;
+    }
+    bool counted = false;
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        struct growing *map = &maps[kind];
+        if (!map->active)
+            continue;
+        pm_batch *batch = &map->batches[map->count - 1];
+        if (missing & (1U << kind)) {
+            *batch = traced[kind];
+            run->answer->maps[kind].paths_traced += batch->paths;
+            pm_status st = keep_batch(run, &map->family, batch);
+            if (st)
+                return st;
+        }
+        if (!counted)
+            add_balance(run->answer, run, batch);
+        counted = true;
+        settle(run, (pm_map_kind)kind, map);
+    }
+    return PM_OK;
+}
+
+static double share_done(const struct growing maps[PM_MAP_KINDS])
+{
+    double least = 1;
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        double share =
+            maps[kind].active ? (double)maps[kind].photons / (double)maps[kind].wanted : 1;
+        least = share < least ? share : least;
+    }
+    return least;
+}
+
+static pm_status grow_all(pm_run *run, struct growing maps[PM_MAP_KINDS])
+{
+    for (uint64_t index = 0;; index++) {
+        bool active = false;
+        for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+            active = active || maps[kind].active;
+        if (!active)
+            return PM_OK;
+        if (pm_run_cancelled(run))
+            return pm_error_set(run->err, PM_E_CANCELLED, "cancelled while tracing photons");
+        pm_run_progress(run, "forward", share_done(maps));
+        pm_status st = grow(run, index, maps);
+        if (st)
+            return st;
+    }
+}
+
+static pm_map_header header_of(const pm_run *run, pm_map_kind kind)
+{
+    const pm_world_info *info = &run->answer->world;
+    pm_rgb emitted = pm_rgb_scale(info->power, 1 / (info->scale * info->scale));
+    return (pm_map_header){.kind = kind,
+                           .scene = run->answer->scene,
+                           .family = pm_forward_family(run->forward, kind),
+                           .paths = 1,
+                           .flux_scale = pm_forward_flux_scale(run->forward),
+                           .world_scale = info->scale,
+                           .world_center = info->center,
+                           .seed = run->job->forward.seed,
+                           .storage_probability =
+                               pm_forward_storage_probability(run->forward, kind),
+                           .emitted = emitted};
+}
+
+static void write_note(pm_run *run, const struct growing *map, pm_map_header *header)
+{
+    const pm_answer *answer = run->answer;
+    if (!map->gave_up)
+        return;
+    double emitted = pm_rgb_mean(answer->emitted);
+    double escaped = emitted > 0 ? 100 * pm_rgb_mean(answer->escaped) / emitted : 0;
+    snprintf(header->note, sizeof header->note,
+             "stopped at %" PRIu64 " paths with %" PRIu64 " of %" PRIu64
+             " photons: too few paths end here; %.1f %% of the light escaped",
+             map->paths, map->photons, map->wanted, escaped);
+}
+
+static void summarise(pm_run *run, pm_map_kind kind, const pm_photon_map *map)
+{
+    const pm_map_header *header = pm_photon_map_header(map);
+    pm_map_summary *summary = &run->answer->maps[kind];
+    summary->present = true;
+    summary->family = header->family;
+    summary->photons = pm_photon_map_count(map);
+    summary->paths = header->paths;
+}
+
+static pm_status build_map(pm_run *run, pm_map_kind kind, const struct growing *map,
+                           pm_photon_map **out)
+{
+    pm_map_header header = header_of(run, kind);
+    header.paths = map->paths ? map->paths : 1;
+    write_note(run, map, &header);
+    if (!run->answer->plan.pass[kind].needed)
+        snprintf(header.note, sizeof header.note, "%s", run->answer->plan.pass[kind].reason);
+    pm_run_progress(run, "build", 0);
+    pm_status st =
+        pm_photon_map_build(&header, map->batches, map->count, run->pool, out, run->err);
+    if (!st)
+        summarise(run, kind, *out);
+    return st;
+}
+
+static pm_status check_file(pm_run *run, pm_map_kind kind, const char *name,
+                            const pm_photon_map *map)
+{
+    const pm_map_header *header = pm_photon_map_header(map);
+    if (header->kind != kind)
+        return pm_error_set_at(run->err, PM_E_MISMATCH, name, 0, 0,
+                               "holds %s photons, but is given as the %s map",
+                               pm_map_kind_name(header->kind), pm_map_kind_name(kind));
+    if (pm_digest_equal(&header->scene, &run->answer->scene))
+        return PM_OK;
+    char theirs[PM_DIGEST_HEX], ours[PM_DIGEST_HEX];
+    pm_digest_hex(&header->scene, theirs);
+    pm_digest_hex(&run->answer->scene, ours);
+    return pm_error_set_at(
+        run->err, PM_E_MISMATCH, name, 0, 0,
+        "was made for another scene (octree hash %.12s, this scene has %.12s);"
+        " make it again with mkpmap from this scene",
+        theirs, ours);
+}
+
+static pm_status read_file(pm_run *run, pm_map_kind kind, pm_photon_map **out)
+{
+    const pm_map_file *file = &run->job->files[kind];
+    pm_photon_map *map = NULL;
+    pm_status st = pm_photon_map_read(file->data, file->size, file->name, &map, NULL, run->err);
+    if (!st)
+        st = check_file(run, kind, file->name, map);
+    if (st) {
+        pm_photon_map_free(map);
+        return st;
+    }
+    summarise(run, kind, map);
+    *out = map;
+    return PM_OK;
+}
+
+/* A map is traced if the plan needs it and no file brings it; a map job also answers with an
+ * empty map where the scene cannot have one. */
+static bool is_made(const pm_run *run, int kind)
+{
+    return run->job->wanted.maps[kind].wanted && !run->job->files[kind].data &&
+           (run->answer->plan.pass[kind].needed || run->job->kind == PM_JOB_MAP);
+}
+
+static pm_status finish_maps(pm_run *run, struct growing maps[PM_MAP_KINDS],
+                             pm_photon_map *out[PM_MAP_KINDS])
+{
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        pm_status st = PM_OK;
+        if (run->job->files[kind].data)
+            st = read_file(run, (pm_map_kind)kind, &out[kind]);
+        else if (is_made(run, kind))
+            st = build_map(run, (pm_map_kind)kind, &maps[kind], &out[kind]);
+        growing_clear(&maps[kind]);
+        maps[kind] = (struct growing){.begun = maps[kind].begun, .family = maps[kind].family};
+        if (st)
+            return st;
+    }
+    return PM_OK;
+}
+
+pm_status pm_run_make_maps(pm_run *run, pm_photon_map *out[PM_MAP_KINDS])
+{
+    struct growing maps[PM_MAP_KINDS] = {0};
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        const pm_plan_pass *pass = &run->answer->plan.pass[kind];
+        if (!is_made(run, kind) || !pass->needed)
+            continue;
+        maps[kind].active = true;
+        maps[kind].wanted = pass->count;
+        begin(run, (pm_map_kind)kind, &maps[kind]);
+    }
+    pm_status st = grow_all(run, maps);
+    if (!st)
+        st = finish_maps(run, maps, out);
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        growing_clear(&maps[kind]);
+        end(run, &maps[kind]);
+    }
+    return st;
+}
+
+/* Which kinds a progressive pass traces: a global map serves the caustics too. */
+static unsigned pass_kinds(const pm_run *run)
+{
+    unsigned kinds = 0;
+    if (run->answer->plan.pass[PM_MAP_GLOBAL].needed)
+        kinds |= 1U << PM_MAP_GLOBAL;
+    else if (run->answer->plan.pass[PM_MAP_CAUSTIC].needed)
+        kinds |= 1U << PM_MAP_CAUSTIC;
+    if (run->answer->plan.pass[PM_MAP_VOLUME].needed)
+        kinds |= 1U << PM_MAP_VOLUME;
+    return kinds;
+}
+
+pm_status pm_run_make_pass_maps(pm_run *run, uint32_t pass, pm_photon_map *out[PM_MAP_KINDS])
+{
+    unsigned kinds = pass_kinds(run);
+    pm_batch traced[PM_MAP_KINDS] = {0};
+    pm_status st = kinds ? pm_forward_batch(run->forward, pass, kinds, run->pool,
+                                            pm_run_cancelled, run, traced, run->err)
+                         : PM_OK;
+    bool counted = false;
+    for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
+        if (!(kinds & (1U << kind)))
+            continue;
+        pm_map_header header = header_of(run, (pm_map_kind)kind);
+        header.paths = traced[kind].paths;
+        st = pm_photon_map_build(&header, &traced[kind], 1, run->pool, &out[kind], run->err);
+        if (!counted)
+            add_balance(run->answer, run, &traced[kind]);
+        counted = true;
+        run->answer->maps[kind].present = true;
+        run->answer->maps[kind].family = header.family;
+        run->answer->maps[kind].photons += traced[kind].count;
+        run->answer->maps[kind].paths += traced[kind].paths;
+        run->answer->maps[kind].paths_traced += traced[kind].paths;
+    }
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        if (kinds & (1U << kind))
+            pm_batch_clear(&traced[kind]);
+    return st;
+}

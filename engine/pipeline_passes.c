@@ -1,0 +1,181 @@
+#include "pipeline_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum {
+    NEAREST_PASSES = 16, /* samples a pixel of an N-nearest job that names no stop */
+    RADIUS_PROBES = 256, /* photons that the first progressive radius is measured at */
+    GLOBAL_PROBE = 40,   /* photons within the first radius: diffuse indirect light is smooth */
+    CAUSTIC_PROBE = 12,  /* caustics have edges */
+    VOLUME_PROBE = 24,
+};
+
+struct stops {
+    uint32_t passes;
+    double seconds, error;
+};
+
+static struct stops stops_of(const pm_job *job)
+{
+    struct stops stops = {job->passes, job->seconds, job->error};
+    if (stops.passes || stops.seconds > 0 || stops.error > 0)
+        return stops;
+    if (job->wanted.estimator == PM_NEAREST)
+        return (struct stops){.passes = NEAREST_PASSES};
+    return (struct stops){.seconds = 60, .error = .02};
+}
+
+static int by_size(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The median radius that holds `gather_count` photons, at photons evenly spread over the stored
+ * order. It depends on the map alone, so every view of a scene uses the same radii. */
+static double probe_radius(const pm_photon_map *map, pm_photon_filter filter,
+                           uint32_t gather_count)
+{
+    double radii[RADIUS_PROBES];
+    size_t found = 0, count = map ? pm_photon_map_count(map) : 0;
+    bool volume = map && pm_photon_map_header(map)->kind == PM_MAP_VOLUME;
+    for (size_t i = 0; i < RADIUS_PROBES && count; i++) {
+        const pm_photon *photon = &pm_photon_map_photons(map)[i * count / RADIUS_PROBES];
+        bool specular = photon->flags & PM_PHOTON_SPECULAR;
+        if (!volume && specular != (filter == PM_PHOTONS_SPECULAR))
+            continue;
+        pm_vec3 point = pm_photon_position(photon);
+        pm_estimate estimate = volume
+                                   ? pm_photon_map_volume(map, point, (pm_vec3){0, 0, 1}, 0,
+                                                          gather_count, INFINITY)
+                                   : pm_photon_map_nearest(map, point, pm_photon_normal(photon),
+                                                           gather_count, INFINITY, filter);
+        if (estimate.radius > 0)
+            radii[found++] = estimate.radius;
+    }
+    if (!found)
+        return 0;
+    qsort(radii, found, sizeof *radii, by_size);
+    return radii[found / 2];
+}
+
+static void measure_radii(pm_photon_map *const maps[PM_MAP_KINDS], double first[PM_MAP_KINDS])
+{
+    if (!first[PM_MAP_GLOBAL])
+        first[PM_MAP_GLOBAL] =
+            probe_radius(maps[PM_MAP_GLOBAL], PM_PHOTONS_NOT_SPECULAR, GLOBAL_PROBE);
+    const pm_photon_map *caustics =
+        maps[PM_MAP_CAUSTIC] ? maps[PM_MAP_CAUSTIC] : maps[PM_MAP_GLOBAL];
+    if (!first[PM_MAP_CAUSTIC])
+        first[PM_MAP_CAUSTIC] = probe_radius(caustics, PM_PHOTONS_SPECULAR, CAUSTIC_PROBE);
+    if (!first[PM_MAP_VOLUME])
+        first[PM_MAP_VOLUME] = probe_radius(maps[PM_MAP_VOLUME], PM_PHOTONS_ALL, VOLUME_PROBE);
+}
+
+/* Makes the maps of this pass, looks once, frees them. */
+static pm_status progressive_pass(pm_run *run, pm_accumulation *accumulation, uint32_t pass,
+                                  double first[PM_MAP_KINDS])
+{
+    pm_photon_map *maps[PM_MAP_KINDS] = {NULL};
+    pm_status st = pm_run_make_pass_maps(run, pass, maps);
+    if (!st) {
+        measure_radii(maps, first);
+        pm_backward_maps seen = {.progressive = true,
+                                 .ambient_bounces = run->job->wanted.ambient_bounces};
+        for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+            seen.map[kind] = maps[kind];
+            seen.radius[kind] = pm_progressive_radius(first[kind], pass);
+        }
+        st = pm_backward_pass(accumulation, pass, &seen, run->pool, pm_run_cancelled, run,
+                              run->err);
+    }
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        pm_photon_map_free(maps[kind]);
+    return st;
+}
+
+static pm_status nearest_pass(pm_run *run, pm_accumulation *accumulation, uint32_t pass,
+                              pm_photon_map *const maps[PM_MAP_KINDS])
+{
+    pm_backward_maps seen = {.ambient_bounces = run->job->wanted.ambient_bounces};
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        seen.map[kind] = maps[kind];
+        seen.gather_count[kind] = run->answer->plan.pass[kind].gather_count;
+    }
+    return pm_backward_pass(accumulation, pass, &seen, run->pool, pm_run_cancelled, run,
+                            run->err);
+}
+
+/* Pass counts at which the error is estimated, a fixed series so that a stop at an error is
+ * reproducible: every pass to 4, then steps of a quarter. */
+static bool is_checkpoint(uint32_t passes, uint32_t *next)
+{
+    if (passes < *next)
+        return false;
+    *next = passes + (passes < 4 ? 1 : passes / 4);
+    return true;
+}
+
+static pm_status add_curve_point(pm_run *run, const pm_accumulation *accumulation)
+{
+    pm_answer *answer = run->answer;
+    pm_curve_point *curve =
+        realloc(answer->curve, (answer->curve_count + 1) * sizeof *answer->curve);
+    if (!curve)
+        return pm_error_set(run->err, PM_E_MEMORY, "no memory for the error curve");
+    answer->curve = curve;
+    answer->error = pm_accumulation_error(accumulation);
+    curve[answer->curve_count++] = (pm_curve_point){.cpu_seconds = pm_run_cpu_seconds(run),
+                                                    .wall_seconds = pm_run_wall_seconds(run),
+                                                    .passes = answer->passes,
+                                                    .error = answer->error};
+    run->progress.error = answer->error;
+    return PM_OK;
+}
+
+static bool time_is_up(const pm_run *run, const struct stops *stops)
+{
+    return stops->seconds > 0 && pm_run_wall_seconds(run) >= stops->seconds;
+}
+
+/* How far the job is towards its nearest stop. */
+static double share_done(const pm_run *run, const struct stops *stops)
+{
+    double share = 0;
+    if (stops->passes)
+        share = (double)run->answer->passes / stops->passes;
+    if (stops->seconds > 0)
+        share = fmax(share, pm_run_wall_seconds(run) / stops->seconds);
+    if (stops->error > 0 && isfinite(run->answer->error) && run->answer->error > 0)
+        share = fmax(share, fmin(1, pow(stops->error / run->answer->error, 2)));
+    return fmin(share, 1);
+}
+
+pm_status pm_run_passes(pm_run *run, pm_accumulation *accumulation,
+                        pm_photon_map *const maps[PM_MAP_KINDS])
+{
+    const struct stops stops = stops_of(run->job);
+    double first_radius[PM_MAP_KINDS] = {0};
+    uint32_t next_checkpoint = 1;
+    for (bool last = false; !last;) {
+        pm_run_progress(run, "backward", share_done(run, &stops));
+        uint32_t pass = run->answer->passes;
+        pm_status st = run->job->wanted.estimator == PM_PROGRESSIVE
+                           ? progressive_pass(run, accumulation, pass, first_radius)
+                           : nearest_pass(run, accumulation, pass, maps);
+        if (st)
+            return st;
+        run->answer->passes = run->progress.passes = pass + 1;
+        last = (stops.passes && run->answer->passes >= stops.passes) || time_is_up(run, &stops);
+        if (last || is_checkpoint(run->answer->passes, &next_checkpoint)) {
+            st = add_curve_point(run, accumulation);
+            if (st)
+                return st;
+            last = last || (stops.error > 0 && run->answer->error <= stops.error);
+        }
+    }
+    run->answer->nonfinite += pm_accumulation_nonfinite(accumulation);
+    pm_run_progress(run, "backward", 1);
+    return PM_OK;
+}
