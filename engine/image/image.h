@@ -16,37 +16,51 @@ typedef struct pm_image {
     float *rgb; /* [height][width][3], rows from the top; radiance [W/(m^2 sr)] */
 } pm_image;
 
+enum { PM_IMAGE_SIDE_MAX = 1 << 20, PM_IMAGE_PIXELS_MAX = 1 << 28 };
+
+/* A black picture. PM_E_LIMIT for an empty one and beyond the limits above, PM_E_MEMORY. */
 PM_MUST_USE pm_status pm_image_init(pm_image *image, uint32_t width, uint32_t height);
 void pm_image_clear(pm_image *image);
 
-/* Text that goes into the headers, name by name. */
+/* Text that goes into the headers, name by name. EXR: string attributes; HDR: lines `name=
+ * value`; PNG: text chunks. Control characters become spaces, so that no value can pass for
+ * another line. */
 typedef struct pm_image_note {
-    const char *name;  /* EXR attribute name, e.g. "pm.scene" */
+    const char *name; /* e.g. "pm.scene"; at most 79 letters of ASCII */
     const char *value;
 } pm_image_note;
 
 typedef struct pm_image_notes {
     const pm_image_note *list;
     size_t count;
-    const char *view;    /* "-vtv -vp ..." : VIEW= line of HDR and attribute "view" of EXR; or NULL */
-    const char *command; /* the command line as typed; or NULL */
+    const char *view; /* "-vtv -vp ...": VIEW= line of HDR, "pm.view" elsewhere; or NULL */
+    const char
+        *command; /* as typed: first line of HDR's header, "pm.command" elsewhere; or NULL */
 } pm_image_notes;
 
-/* Float channels B, G, R, ZIP compression. */
+/* The writers append to `out`; `notes` may be NULL. A pixel that is not finite is PM_E_RANGE,
+ * so is a negative one in HDR and PNG. On an error `out` keeps what it held before. */
+
+/* Float channels B, G, R, ZIP compression. Test: exr_round_trip_is_bit_exact. */
 PM_MUST_USE pm_status pm_image_write_exr(const pm_image *image, const pm_image_notes *notes,
                                          pm_bytes *out, pm_error *err);
 
-/* Radiance's RGBE, run-length encoded, mantissas truncated as readers expect (they add half a
- * step). Negative or non-finite pixels are PM_E_RANGE. */
+/* Radiance's RGBE, run-length encoded (flat where a row is shorter than 8 or longer than 32767
+ * pixels), mantissas truncated as readers expect (they add half a step). Values from 2^127 on
+ * do not fit: PM_E_RANGE. Values below 1e-32 are black, as in Radiance (setcolr(), color.c).
+ * Test: hdr_decodes_within_half_a_step. */
 PM_MUST_USE pm_status pm_image_write_hdr(const pm_image *image, const pm_image_notes *notes,
                                          pm_bytes *out, pm_error *err);
 
 /* 8-bit sRGB for looking: exposure chosen from the picture's log-average luminance, highlights
- * rolled off; the same picture gives the same bytes. */
+ * rolled off; the same picture gives the same bytes.
+ * Source: Reinhard, Stark, Shirley, Ferwerda, "Photographic tone reproduction", SIGGRAPH 2002,
+ * eqs. 1, 2, 4; IEC 61966-2-1 (sRGB). */
 PM_MUST_USE pm_status pm_image_write_png(const pm_image *image, const pm_image_notes *notes,
                                          pm_bytes *out, pm_error *err);
 
-/* Reads the two float formats that are written here (for tests and tools). */
+/* Reads an EXR of scanlines with channels R, G and B (for tests and tools). PM_E_CORRUPT with
+ * the library's reason, PM_E_UNSUPPORTED for tiles and deep data, PM_E_LIMIT. */
 PM_MUST_USE pm_status pm_image_read_exr(const void *data, size_t size, const char *name,
                                         pm_image *out, pm_error *err);
 
