@@ -15,12 +15,13 @@
  * In: world and canonical parameters. Out: batches of photons. Next: photons/photon_map.h.
  *
  * Path i depends on (seed, i) and the world alone: emission takes Owen-scrambled Sobol points
- * (replicate b mod 16, its own sequence), everything after it Philox numbers. So the same bytes come out
- * for any number of threads and in any order of batches. */
+ * (replicate b mod 16, its own sequence), everything after it Philox numbers. So the same bytes
+ * come out for any number of threads and in any order of batches. */
 
 typedef struct pm_forward_options {
     uint64_t seed;       /* -apr */
-    uint32_t max_events; /* -apm / -lr: most scatterings a path; default 5000. Reached paths end as absorbed */
+    uint32_t max_events; /* -apm / -lr: most scatterings a path; default 5000. Reached paths end
+                            as absorbed */
 } pm_forward_options;
 
 /* Fills in the defaults. */
@@ -34,8 +35,8 @@ PM_MUST_USE pm_status pm_forward_new(const pm_world *world, const pm_forward_opt
                                      pm_pool *pool, pm_forward **out, pm_error *err);
 void pm_forward_free(pm_forward *forward);
 
-/* SHA-256 over (octree hash, kind, canonical options, format version, ray kernel). A family owns
- * batches; the number of photons wanted is no part of it. */
+/* SHA-256 over (octree hash, kind, canonical options, format version, ray kernel). A family
+ * owns batches; the number of photons wanted is no part of it. */
 pm_digest pm_forward_family(const pm_forward *forward, pm_map_kind kind);
 
 /* Photons a path of that kind that the pre-run found (after the storage probability). */
@@ -48,11 +49,12 @@ double pm_forward_flux_scale(const pm_forward *forward);
 double pm_forward_storage_probability(const pm_forward *forward, pm_map_kind kind);
 
 /* Traces one batch of PM_BATCH_PATHS paths and stores the kinds whose bit (1 << kind) is set in
- * `kinds`; out[kind] of the others is left alone. What is stored of a kind does not depend on the
- * other bits. `cancelled` (may be NULL) is asked between pieces: PM_E_CANCELLED. */
-PM_MUST_USE pm_status pm_forward_batch(const pm_forward *forward, uint64_t index, unsigned kinds,
-                                       pm_pool *pool, bool (*cancelled)(void *), void *context,
-                                       pm_batch out[PM_MAP_KINDS], pm_error *err);
+ * `kinds`; out[kind] of the others is left alone. What is stored of a kind does not depend on
+ * the other bits. `cancelled` (may be NULL) is asked between pieces: PM_E_CANCELLED. */
+PM_MUST_USE pm_status pm_forward_batch(const pm_forward *forward, uint64_t index,
+                                       unsigned kinds, pm_pool *pool, bool (*cancelled)(void *),
+                                       void *context, pm_batch out[PM_MAP_KINDS],
+                                       pm_error *err);
 
 /* Cuts a batch down to its first `paths` paths (needs `ends`). The flux balance is cleared. */
 void pm_batch_truncate(pm_batch *batch, uint32_t paths);

@@ -25,11 +25,13 @@ enum {
 };
 
 /* 24 bytes. Positions are fixed point in the cube [-1, 1]: q = round((p + 1) * 2^31), clamped.
- * Flux is mantissa * 2^exponent relative to a scale that its map or batch carries, rounded to
- * nearest. Test: photon_packing_rounds_to_nearest. */
+ * Octahedral codes after Meyer et al., "On floating-point normal vectors", EGSR 2010; axes are
+ * exact. Flux is mantissa * 2^exponent relative to a scale that its map or batch carries, each
+ * channel rounded to nearest: off by at most 2^-11 of the power of two above the largest one.
+ * Test: photon_packing_rounds_to_nearest. */
 typedef struct pm_photon {
     uint32_t position[3];
-    uint8_t normal[2];     /* octahedral; of the surface side hit (zero of a volume photon is unused) */
+    uint8_t normal[2];     /* octahedral; of the surface side hit; zero of a volume photon */
     uint16_t direction[2]; /* octahedral; where the photon came from (points away, wi) */
     uint8_t exponent;      /* biased by 200 */
     uint8_t flags;         /* low 4 bits replicate, bit 4 last event specular */
@@ -58,12 +60,14 @@ pm_rgb pm_photon_flux(const pm_photon *photon); /* relative to the scale */
 /* Photons of consecutive paths, in path order and within a path in order of deposit. */
 typedef struct pm_batch {
     pm_map_kind kind;
-    uint64_t index;   /* paths [index * PM_BATCH_PATHS, + paths) */
-    uint32_t paths;   /* PM_BATCH_PATHS, or less in the short last batch of a map */
-    uint32_t *ends;   /* [paths]: photons of paths 0..i together; NULL if unknown */
+    uint64_t index; /* paths [index * PM_BATCH_PATHS, + paths) */
+    uint32_t paths; /* PM_BATCH_PATHS, or less in the short last batch of a map */
+    uint32_t *ends; /* [paths]: photons of paths 0..i together; NULL if unknown */
     size_t count;
     pm_photon *photons; /* [count] */
-    /* Flux balance of the paths, for reports: emitted = absorbed + escaped + stopped [W/scale^2]. */
+    /* Flux balance of the paths: sums over them, each of which carries the whole power
+     * [W/scale^2]. In expectation emitted = absorbed + escaped; what the bound on events cut
+     * off counts as absorbed. Zero of a truncated batch. Test: flux_balance_*. */
     pm_rgb emitted, absorbed, escaped;
 } pm_batch;
 

@@ -12,8 +12,8 @@
  *
  * In: a world and what the user wants. Out: pm_plan. Next: forward/forward.h traces it.
  *
- * Who counts which light, so that each path from a light to the eye is counted once (L light, D diffuse or
- * volume event, S specular or glossy event, E eye; straight passage is no event):
+ * Who counts which light, so that each path from a light to the eye is counted once (L light, D
+ * diffuse or volume event, S specular or glossy event, E eye; straight passage is no event):
  *
  *   the eye's first diffuse surface | -ab > 0            | -ab < 0             | -ab 0
  *   L D E        (direct)           | next event         | next event          | next event
@@ -23,9 +23,9 @@
  *   L ... V D E  (last event V)     | gather rays        | global map          | none
  *   volume in-scatter on the way    | volume map         | volume map          | volume map
  *
- * A gather ray ends at its first diffuse surface: there next event and the whole global map. With
- * a caustic map it ends in darkness at specular surfaces; without one it goes through them.
- * Progressive passes count as -ab < 0 with both maps (for -ab 0: as -ab 0).
+ * A gather ray ends at its first diffuse surface: there next event and the whole global map.
+ * With a caustic map it ends in darkness at specular surfaces; without one it goes through
+ * them. Progressive passes count as -ab < 0 with both maps (for -ab 0: as -ab 0).
  * Test: partition_counts_each_path_once in tests/physics. */
 
 typedef enum pm_estimator {
@@ -57,8 +57,8 @@ typedef struct pm_plan {
     pm_plan_pass pass[PM_MAP_KINDS];
 } pm_plan;
 
-/* PM_E_RANGE for counts out of range. A map asked of a scene that cannot fill it is not an error: the pass is
- * left out with the reason. */
+/* PM_E_RANGE for counts out of range. A map asked of a scene that cannot fill it is not an
+ * error: the pass is left out with the reason. */
 PM_MUST_USE pm_status pm_plan_make(const pm_world *world, const pm_wanted *wanted, pm_plan *out,
                                    pm_error *err);
 

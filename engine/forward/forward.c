@@ -1,0 +1,341 @@
+#include "forward/forward.h"
+
+#include <assert.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "forward/forward_internal.h"
+#include "forward/path.h"
+#include "world/light.h"
+
+enum {
+    CHUNK_PATHS = 2048,
+    CHUNKS = PM_BATCH_PATHS / CHUNK_PATHS,
+    PREPASS_CHUNKS = PM_FORWARD_PREPASS_PATHS / CHUNK_PATHS,
+    /* Keeps the photons of a batch within 32 bits. */
+    MAX_EVENTS_LIMIT = 50000,
+    /* A replicate's Sobol sequence has 2^32 points. */
+    MAX_BATCHES = PM_REPLICATES << 16,
+};
+
+/* A piece of a run: its photons lie in the buffers of the thread that traced it. */
+struct chunk {
+    unsigned thread;
+    size_t start[PM_MAP_KINDS], count[PM_MAP_KINDS];
+    pm_rgb emitted, absorbed, escaped;
+};
+
+/* One run of the pool. Chunk c owns paths [c CHUNK_PATHS, (c + 1) CHUNK_PATHS), chunks[c] and
+ * its part of `ends`; thread t owns recorders[t]. */
+struct run {
+    struct pm_tracer tracer;
+    uint64_t first_path;
+    uint32_t first_sobol, scramble;
+    struct pm_recorder *recorders; /* [threads] */
+    struct chunk chunks[CHUNKS];
+    uint32_t *ends[PM_MAP_KINDS]; /* NULL: not wanted */
+    bool (*cancelled)(void *);
+    void *context;
+    atomic_bool stop;   /* cancelled or out of memory: no more chunks */
+    bool was_cancelled; /* written by thread 0 */
+};
+
+pm_forward_options pm_forward_defaults(void)
+{
+    return (pm_forward_options){.seed = 0, .max_events = 5000};
+}
+
+/* ---- chunks ---- */
+
+static void start_chunk(struct chunk *chunk, struct pm_recorder *recorder, unsigned thread)
+{
+    chunk->thread = thread;
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        chunk->start[kind] = recorder->buffer[kind].count;
+    recorder->emitted = recorder->absorbed = recorder->escaped = (pm_rgb){0, 0, 0};
+}
+
+static void finish_chunk(struct chunk *chunk, const struct pm_recorder *recorder)
+{
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        chunk->count[kind] = recorder->buffer[kind].count - chunk->start[kind];
+    chunk->emitted = recorder->emitted;
+    chunk->absorbed = recorder->absorbed;
+    chunk->escaped = recorder->escaped;
+}
+
+/* Only the caller's own thread may ask whether to stop; it works through chunks as well. */
+static bool is_stopped(struct run *run, unsigned thread)
+{
+    if (thread == 0 && run->cancelled && run->cancelled(run->context)) {
+        run->was_cancelled = true;
+        atomic_store(&run->stop, true);
+    }
+    return atomic_load(&run->stop);
+}
+
+static void trace_chunk(void *context, size_t c, unsigned thread)
+{
+    struct run *run = context;
+    if (is_stopped(run, thread))
+        return;
+    struct pm_recorder recorder = run->recorders[thread]; /* apart from other threads' */
+    struct chunk *chunk = &run->chunks[c];
+    start_chunk(chunk, &recorder, thread);
+    for (uint32_t i = (uint32_t)c * CHUNK_PATHS, last = i + CHUNK_PATHS; i < last; i++) {
+        pm_path_trace(&run->tracer, run->first_path + i, run->first_sobol + i, run->scramble,
+                      &recorder);
+        for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+            if (run->ends[kind])
+                run->ends[kind][i] =
+                    (uint32_t)(recorder.buffer[kind].count - chunk->start[kind]);
+    }
+    finish_chunk(chunk, &recorder);
+    if (recorder.out_of_memory)
+        atomic_store(&run->stop, true);
+    run->recorders[thread] = recorder;
+}
+
+/* ---- runs ---- */
+
+/* The scramble of a replicate's emission; the pre-run has one of its own. */
+static uint32_t scramble_of(uint64_t seed, pm_rng_purpose purpose, unsigned replicate)
+{
+    pm_rng rng;
+    pm_rng_init(&rng, seed, PM_RNG_SCRAMBLE, replicate);
+    pm_rng_bounce(&rng, (uint32_t)purpose);
+    return pm_rng_u32(&rng);
+}
+
+static struct pm_recorder *recorders_new(const pm_forward *forward, unsigned threads,
+                                         unsigned kinds, unsigned replicate)
+{
+    struct pm_recorder *recorders = calloc(threads, sizeof *recorders);
+    for (unsigned t = 0; recorders && t < threads; t++) {
+        recorders[t].kinds = kinds;
+        recorders[t].replicate = replicate;
+        recorders[t].flux_scale = forward->flux_scale;
+        memcpy(recorders[t].probability, forward->probability, sizeof forward->probability);
+    }
+    return recorders;
+}
+
+static void recorders_free(struct pm_recorder *recorders, unsigned threads)
+{
+    for (unsigned t = 0; recorders && t < threads; t++)
+        for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+            free(recorders[t].buffer[kind].photons);
+    free(recorders);
+}
+
+/* Traces the chunks, then sums up what the threads counted. */
+static pm_status run_chunks(const pm_forward *forward, struct run *run, size_t chunks,
+                            pm_pool *pool, pm_error *err)
+{
+    pm_pool_run(pool, chunks, trace_chunk, run);
+    bool out_of_memory = false;
+    for (unsigned t = 0; t < pm_pool_threads(pool); t++) {
+        out_of_memory |= run->recorders[t].out_of_memory;
+        atomic_fetch_add(&forward->counters->nonfinite, run->recorders[t].nonfinite);
+    }
+    if (out_of_memory)
+        return pm_error_set(err, PM_E_MEMORY, "no memory for the photons of a batch");
+    if (run->was_cancelled)
+        return pm_error_set(err, PM_E_CANCELLED, "cancelled while tracing photons");
+    return PM_OK;
+}
+
+/* ---- the pre-run ---- */
+
+/* At most PM_FORWARD_PHOTONS_A_PATH photons a path on average, in steps that a 32-bit draw can
+ * hit. */
+static void set_probability(pm_forward *forward, int kind, uint64_t deposits)
+{
+    double mean = (double)deposits / PM_FORWARD_PREPASS_PATHS;
+    double p = mean > PM_FORWARD_PHOTONS_A_PATH ? PM_FORWARD_PHOTONS_A_PATH / mean : 1;
+    forward->probability[kind] = floor(p * 0x1p32 + 0.5) * 0x1p-32;
+    forward->rate[kind] = mean * forward->probability[kind];
+}
+
+static pm_status run_prepass(pm_forward *forward, pm_pool *pool, pm_error *err)
+{
+    uint64_t seed = forward->options.seed;
+    unsigned threads = pm_pool_threads(pool);
+    struct run run = {
+        .tracer = {forward->world, seed, PM_RNG_PREPASS, forward->options.max_events},
+        .scramble = scramble_of(seed, PM_RNG_PREPASS, 0),
+        .recorders = recorders_new(forward, threads, 0, 0)};
+    if (!run.recorders)
+        return pm_error_set(err, PM_E_MEMORY, "no memory for the forward pass");
+    pm_status st = run_chunks(forward, &run, PREPASS_CHUNKS, pool, err);
+    for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
+        uint64_t deposits = 0;
+        for (unsigned t = 0; t < threads; t++)
+            deposits += run.recorders[t].deposits[kind];
+        set_probability(forward, kind, deposits);
+    }
+    recorders_free(run.recorders, threads);
+    return st;
+}
+
+pm_status pm_forward_new(const pm_world *world, const pm_forward_options *options,
+                         pm_pool *pool, pm_forward **out, pm_error *err)
+{
+    if (options->max_events > MAX_EVENTS_LIMIT)
+        return pm_error_set(err, PM_E_RANGE, "a bound of %u scatterings a path; at most %d",
+                            options->max_events, MAX_EVENTS_LIMIT);
+    pm_forward *forward = calloc(1, sizeof *forward);
+    struct pm_forward_counters *counters = calloc(1, sizeof *counters);
+    if (!forward || !counters) {
+        free(forward);
+        free(counters);
+        return pm_error_set(err, PM_E_MEMORY, "no memory for the forward pass");
+    }
+    forward->world = world;
+    forward->options = *options;
+    forward->counters = counters;
+    double power = pm_rgb_max(pm_light_total_power(world));
+    forward->flux_scale = power > 0 ? power : 1;
+    pm_status st = run_prepass(forward, pool, err);
+    if (st) {
+        pm_forward_free(forward);
+        return st;
+    }
+    *out = forward;
+    return PM_OK;
+}
+
+void pm_forward_free(pm_forward *forward)
+{
+    if (!forward)
+        return;
+    free(forward->counters);
+    free(forward);
+}
+
+/* ---- batches ---- */
+
+static bool allocate_ends(struct run *run, unsigned kinds)
+{
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        if (!(kinds & (1U << kind)))
+            continue;
+        run->ends[kind] = malloc(PM_BATCH_PATHS * sizeof *run->ends[kind]);
+        if (!run->ends[kind])
+            return false;
+    }
+    return true;
+}
+
+/* Joins one kind's photons in chunk order; `ends` become counts from the batch's start. */
+static bool join(struct run *run, int kind, pm_batch *out)
+{
+    size_t total = 0;
+    for (size_t c = 0; c < CHUNKS; c++)
+        total += run->chunks[c].count[kind];
+    out->photons = total ? malloc(total * sizeof *out->photons) : NULL;
+    if (total && !out->photons)
+        return false;
+    for (size_t c = 0; c < CHUNKS; c++) {
+        const struct chunk *chunk = &run->chunks[c];
+        const struct pm_photon_buffer *buffer = &run->recorders[chunk->thread].buffer[kind];
+        if (chunk->count[kind])
+            memcpy(out->photons + out->count, buffer->photons + chunk->start[kind],
+                   chunk->count[kind] * sizeof *out->photons);
+        for (size_t i = c * CHUNK_PATHS; i < (c + 1) * CHUNK_PATHS; i++)
+            run->ends[kind][i] += (uint32_t)out->count;
+        out->count += chunk->count[kind];
+        out->emitted = pm_rgb_add(out->emitted, chunk->emitted);
+        out->absorbed = pm_rgb_add(out->absorbed, chunk->absorbed);
+        out->escaped = pm_rgb_add(out->escaped, chunk->escaped);
+    }
+    out->ends = run->ends[kind];
+    run->ends[kind] = NULL;
+    return true;
+}
+
+static pm_status join_all(struct run *run, uint64_t index, unsigned kinds,
+                          pm_batch out[PM_MAP_KINDS], pm_error *err)
+{
+    pm_batch batches[PM_MAP_KINDS] = {0};
+    bool complete = true;
+    for (int kind = 0; kind < PM_MAP_KINDS && complete; kind++) {
+        batches[kind].kind = (pm_map_kind)kind;
+        batches[kind].index = index;
+        batches[kind].paths = PM_BATCH_PATHS;
+        if (kinds & (1U << kind))
+            complete = join(run, kind, &batches[kind]);
+    }
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        if (!complete)
+            pm_batch_clear(&batches[kind]);
+        else if (kinds & (1U << kind))
+            out[kind] = batches[kind];
+    }
+    return complete ? PM_OK
+                    : pm_error_set(err, PM_E_MEMORY, "no memory for a batch of photons");
+}
+
+pm_status pm_forward_batch(const pm_forward *forward, uint64_t index, unsigned kinds,
+                           pm_pool *pool, bool (*cancelled)(void *), void *context,
+                           pm_batch out[PM_MAP_KINDS], pm_error *err)
+{
+    if (index >= MAX_BATCHES)
+        return pm_error_set(err, PM_E_RANGE, "batch %llu; a family has at most %d",
+                            (unsigned long long)index, MAX_BATCHES);
+    uint64_t seed = forward->options.seed;
+    unsigned threads = pm_pool_threads(pool), replicate = index % PM_REPLICATES;
+    struct run run = {
+        .tracer = {forward->world, seed, PM_RNG_PATH, forward->options.max_events},
+        .first_path = index * PM_BATCH_PATHS,
+        .first_sobol = (uint32_t)(index / PM_REPLICATES * PM_BATCH_PATHS),
+        .scramble = scramble_of(seed, PM_RNG_PATH, replicate),
+        .recorders = recorders_new(forward, threads, kinds, replicate),
+        .cancelled = cancelled,
+        .context = context,
+    };
+    pm_status st = PM_OK;
+    if (!run.recorders || !allocate_ends(&run, kinds))
+        st = pm_error_set(err, PM_E_MEMORY, "no memory for a batch of photons");
+    if (!st)
+        st = run_chunks(forward, &run, CHUNKS, pool, err);
+    if (!st)
+        st = join_all(&run, index, kinds, out, err);
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        free(run.ends[kind]);
+    recorders_free(run.recorders, threads);
+    return st;
+}
+
+void pm_batch_truncate(pm_batch *batch, uint32_t paths)
+{
+    assert(batch->ends || paths >= batch->paths);
+    if (paths >= batch->paths)
+        return;
+    batch->count = paths ? batch->ends[paths - 1] : 0;
+    batch->paths = paths;
+    batch->emitted = batch->absorbed = batch->escaped = (pm_rgb){0, 0, 0};
+}
+
+/* ---- answers ---- */
+
+double pm_forward_rate(const pm_forward *forward, pm_map_kind kind)
+{
+    return forward->rate[kind];
+}
+
+double pm_forward_flux_scale(const pm_forward *forward)
+{
+    return forward->flux_scale;
+}
+
+double pm_forward_storage_probability(const pm_forward *forward, pm_map_kind kind)
+{
+    return forward->probability[kind];
+}
+
+uint64_t pm_forward_nonfinite(const pm_forward *forward)
+{
+    return atomic_load(&forward->counters->nonfinite);
+}

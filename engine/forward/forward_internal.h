@@ -1,0 +1,28 @@
+#ifndef PM_FORWARD_INTERNAL_H
+#define PM_FORWARD_INTERNAL_H
+
+#include <stdatomic.h>
+#include <stdint.h>
+
+#include "forward/forward.h"
+
+enum {
+    PM_FORWARD_PREPASS_PATHS = 1 << 14,
+    PM_FORWARD_PHOTONS_A_PATH = 4, /* stored, on average, at most */
+};
+
+/* What changes while a const pm_forward is shared. */
+struct pm_forward_counters {
+    atomic_uint_fast64_t nonfinite;
+};
+
+struct pm_forward {
+    const pm_world *world; /* borrowed; must outlive this */
+    pm_forward_options options;
+    double flux_scale;
+    double probability[PM_MAP_KINDS]; /* of storing a deposit */
+    double rate[PM_MAP_KINDS];        /* photons stored a path */
+    struct pm_forward_counters *counters;
+};
+
+#endif

@@ -1,0 +1,307 @@
+#include "forward/path.h"
+
+#include "base/maths.h"
+#include "base/sobol.h"
+#include "forward/record.h"
+#include "world/light.h"
+#include "world/media.h"
+#include "world/surface.h"
+
+enum {
+    STRAIGHT_MAX =
+        1024, /* straight passages in a row: panes that coincide must not hang a path */
+    /* Random numbers are drawn per segment; those of storing come from a stream beside it. */
+    STORING = 1 << 30,
+};
+
+/* A path on its way. */
+struct walk {
+    const struct pm_tracer *tracer;
+    struct pm_recorder *recorder;
+    pm_rng rng;
+    pm_ray ray;
+    pm_rgb flux;
+    double reference; /* largest channel of the emitted flux: roulette keeps `flux` there */
+    pm_media media;   /* that hold the ray's origin */
+    uint32_t segment;
+    uint32_t events;   /* diffuse, glossy, specular and volume ones */
+    uint32_t straight; /* passages since the last event */
+    bool specular;     /* the last event was specular or glossy */
+};
+
+/* True with probability p, also for a p far below the 2^-32 steps of one number. */
+static bool chance(pm_rng *rng, double p)
+{
+    double u = pm_rng_uniform(rng);
+    if (p < 0x1p-16)
+        u += pm_rng_uniform(rng) * 0x1p-32;
+    return u < p;
+}
+
+/* Uniform in [0, 1) in steps of 2^-53: free paths need the small values. */
+static double fine_uniform(pm_rng *rng)
+{
+    double high = pm_rng_u32(rng) >> 5, low = pm_rng_u32(rng) >> 6;
+    return (high * 0x1p26 + low) * 0x1p-53;
+}
+
+static void add_to(pm_rgb *sum, pm_rgb flux)
+{
+    *sum = pm_rgb_add(*sum, flux);
+}
+
+/* Russian roulette: a path weaker than it started ends, or goes on as strong as it started
+ * (Arvo and Kirk, "Particle transport and image synthesis", SIGGRAPH 1990). */
+static bool survives(struct walk *walk, pm_rgb flux)
+{
+    double largest = pm_rgb_max(flux);
+    walk->flux = flux;
+    if (!(largest < walk->reference))
+        return true;
+    double survival = largest / walk->reference;
+    if (!(survival > 0) || !chance(&walk->rng, survival))
+        return false;
+    walk->flux = pm_rgb_scale(flux, 1 / survival);
+    return true;
+}
+
+/* Counts a scattering. False if the path is at its bound: the rest of its flux counts as
+ * absorbed. */
+static bool count_event(struct walk *walk, pm_lobe lobe)
+{
+    bool within;
+    if (lobe == PM_LOBE_STRAIGHT) {
+        within = walk->straight++ < STRAIGHT_MAX;
+    } else {
+        within = walk->events++ < walk->tracer->max_events;
+        walk->straight = 0;
+        walk->specular = lobe == PM_LOBE_SPECULAR || lobe == PM_LOBE_GLOSSY;
+    }
+    if (!within)
+        add_to(&walk->recorder->absorbed, walk->flux);
+    return within;
+}
+
+static void deposit(struct walk *walk, unsigned kinds, pm_vec3 point, pm_vec3 normal)
+{
+    pm_photon_record photon = {.position = point,
+                               .normal = normal,
+                               .direction = pm_vec3_negate(walk->ray.direction),
+                               .flux = walk->flux,
+                               .specular = walk->specular};
+    pm_rng draws = walk->rng;
+    pm_rng_bounce(&draws, walk->segment | STORING);
+    pm_record_deposit(walk->recorder, kinds, &photon, &draws);
+}
+
+/* ---- surfaces ---- */
+
+static pm_rgb albedo_of(const pm_surface *s)
+{
+    pm_rgb reflected = pm_rgb_add(s->diffuse_reflectance, s->specular_reflectance);
+    pm_rgb transmitted = pm_rgb_add(s->diffuse_transmittance, s->specular_transmittance);
+    return pm_rgb_add(pm_rgb_add(reflected, transmitted), s->straight_transmittance);
+}
+
+/* What the surface takes, in expectation: from its albedo, so that the flux balance also checks
+ * the sampling. Ward's lobe has no albedo in closed form (part of it lies below the horizon);
+ * there what the sample lost is taken. */
+static pm_rgb absorbed_by(const pm_surface *surface, pm_rgb before, pm_rgb after)
+{
+    if (surface->roughness > 0)
+        return pm_rgb_sub(before, after);
+    return pm_rgb_sub(before, pm_rgb_mul(before, albedo_of(surface)));
+}
+
+static void deposit_on(struct walk *walk, const pm_hit *hit, const pm_surface *surface)
+{
+    if (!walk->events || !pm_surface_is_diffuse(surface))
+        return;
+    unsigned kinds = 1U << PM_MAP_GLOBAL;
+    if (walk->specular)
+        kinds |= 1U << PM_MAP_CAUSTIC;
+    deposit(walk, kinds, hit->point, surface->normal);
+}
+
+/* The path meets a surface. False if it ends there. */
+static bool meet_surface(struct walk *walk, const pm_hit *hit)
+{
+    pm_surface surface;
+    pm_surface_at(walk->tracer->world, hit, pm_vec3_negate(walk->ray.direction), &surface);
+    deposit_on(walk, hit, &surface);
+    double u[3];
+    for (int i = 0; i < 3; i++)
+        u[i] = pm_rng_uniform(&walk->rng);
+    pm_scatter scatter;
+    pm_surface_sample(&surface, walk->flux, u, &scatter);
+    if (scatter.lobe == PM_LOBE_NONE) {
+        add_to(&walk->recorder->absorbed, walk->flux);
+        return false;
+    }
+    if (!count_event(walk, scatter.lobe))
+        return false;
+    pm_rgb flux = pm_rgb_mul(walk->flux, scatter.weight);
+    add_to(&walk->recorder->absorbed, absorbed_by(&surface, walk->flux, flux));
+    if (!survives(walk, flux))
+        return false;
+    if (scatter.transmitted)
+        pm_media_cross(&walk->media, walk->tracer->world, hit, scatter.wi);
+    walk->ray = (pm_ray){hit->point, scatter.wi, INFINITY, hit->surface};
+    return true;
+}
+
+/* ---- media ---- */
+
+static double pick_channel(pm_rgb flux, pm_rgb values, double u)
+{
+    double x = u * (flux.r + flux.g + flux.b);
+    if (x < flux.r)
+        return values.r;
+    return x < flux.r + flux.g ? values.g : values.b;
+}
+
+/* Distance to the next collision, drawn from the extinction of a channel that is picked in
+ * proportion to its flux; infinity if that channel meets none. */
+static double draw_free_path(struct walk *walk, const pm_medium *medium)
+{
+    double u = pm_rng_uniform(&walk->rng);
+    double extinction = pick_channel(walk->flux, medium->extinction, u);
+    double depth = -pm_log(1 - fine_uniform(&walk->rng));
+    return extinction > 0 ? depth / extinction : INFINITY;
+}
+
+/* exp(-extinction length), also for an infinite length. */
+static double transmittance(double extinction, double length)
+{
+    return extinction > 0 ? pm_exp(-extinction * length) : 1;
+}
+
+/* Weighs the flux after a free path of `length` that ended in a collision or not: one-sample
+ * multiple importance sampling by the balance heuristic over the channels (Veach 1997,
+ * eq. 9.15). With channels picked in proportion to their flux the sum of the three stays what
+ * it was, so weights are bounded for any ratio of extinctions. */
+static void weigh_free_path(struct walk *walk, const pm_medium *medium, double length,
+                            bool collided)
+{
+    pm_rgb s = medium->extinction, flux = walk->flux;
+    pm_rgb value = {transmittance(s.r, length), transmittance(s.g, length),
+                    transmittance(s.b, length)};
+    if (collided)
+        value = pm_rgb_mul(value, s);
+    pm_rgb arriving = pm_rgb_mul(flux, value);
+    double density = (arriving.r + arriving.g + arriving.b) / (flux.r + flux.g + flux.b);
+    walk->flux = pm_rgb_scale(arriving, 1 / density);
+}
+
+/* A medium that only absorbs. False if the path ends in it. */
+static bool attenuate(struct walk *walk, const pm_medium *medium, double length)
+{
+    pm_rgb s = medium->extinction;
+    pm_rgb share = {transmittance(s.r, length), transmittance(s.g, length),
+                    transmittance(s.b, length)};
+    pm_rgb flux = pm_rgb_mul(walk->flux, share);
+    add_to(&walk->recorder->absorbed, pm_rgb_sub(walk->flux, flux));
+    return survives(walk, flux);
+}
+
+/* The path collides in a scattering medium. False if it ends there. */
+static bool collide(struct walk *walk, const pm_medium *medium, pm_vec3 point)
+{
+    deposit(walk, 1U << PM_MAP_VOLUME, point, (pm_vec3){0, 0, 0});
+    if (!count_event(walk, PM_LOBE_DIFFUSE))
+        return false;
+    pm_rgb flux = pm_rgb_mul(walk->flux, medium->albedo);
+    add_to(&walk->recorder->absorbed, pm_rgb_sub(walk->flux, flux));
+    if (!survives(walk, flux))
+        return false;
+    double u = pm_rng_uniform(&walk->rng), v = pm_rng_uniform(&walk->rng);
+    pm_vec3 direction = pm_phase_sample(medium->g, walk->ray.direction, u, v);
+    walk->ray = (pm_ray){point, direction, INFINITY, PM_NO_PRIMITIVE};
+    return true;
+}
+
+/* ---- the walk ---- */
+
+/* A medium whose boundary has gaps ends where the scene does. */
+static bool is_outside(pm_vec3 p)
+{
+    return !(fabs(p.x) <= 1 && fabs(p.y) <= 1 && fabs(p.z) <= 1);
+}
+
+static bool escape(struct walk *walk)
+{
+    add_to(&walk->recorder->escaped, walk->flux);
+    return false;
+}
+
+static bool step_through_medium(struct walk *walk, const pm_medium *medium)
+{
+    pm_hit hit;
+    bool scatters = pm_rgb_max(medium->albedo) > 0;
+    walk->ray.t_max = scatters ? draw_free_path(walk, medium) : INFINITY;
+    bool met = pm_world_intersect(walk->tracer->world, &walk->ray, &hit);
+    double length = met ? hit.t : walk->ray.t_max;
+    if (scatters)
+        weigh_free_path(walk, medium, length, !met && length < INFINITY);
+    else if (met && !attenuate(walk, medium, length))
+        return false;
+    if (met)
+        return meet_surface(walk, &hit);
+    pm_vec3 point = pm_vec3_madd(walk->ray.origin, length, walk->ray.direction);
+    return is_outside(point) ? escape(walk) : collide(walk, medium, point);
+}
+
+static bool step(struct walk *walk)
+{
+    pm_hit hit;
+    pm_medium medium;
+    pm_rng_bounce(&walk->rng, ++walk->segment);
+    if (walk->media.count && pm_media_medium(&walk->media, walk->tracer->world, &medium))
+        return step_through_medium(walk, &medium);
+    if (!pm_world_intersect(walk->tracer->world, &walk->ray, &hit))
+        return escape(walk);
+    return meet_surface(walk, &hit);
+}
+
+/* A path that fails this is dropped and counted; a healthy engine has none. */
+static bool is_finite(const struct walk *walk)
+{
+    return pm_rgb_finite(walk->flux) && pm_vec3_finite(walk->ray.direction) &&
+           pm_vec3_finite(walk->ray.origin);
+}
+
+/* False if no light emits. */
+static bool emit(struct walk *walk, uint32_t sobol_index, uint32_t scramble)
+{
+    double u[5];
+    for (unsigned d = 0; d < 5; d++)
+        u[d] = pm_sobol(sobol_index, d, scramble);
+    pm_emission emission;
+    if (!pm_light_emit(walk->tracer->world, u, &emission))
+        return false;
+    walk->ray = (pm_ray){emission.origin, emission.direction, INFINITY, emission.from};
+    walk->flux = emission.flux;
+    walk->reference = pm_rgb_max(emission.flux);
+    walk->media.count = 0;
+    if (emission.from != PM_NO_PRIMITIVE)
+        pm_media_at(walk->tracer->world, emission.origin, &walk->media);
+    add_to(&walk->recorder->emitted, emission.flux);
+    return walk->reference > 0;
+}
+
+void pm_path_trace(const struct pm_tracer *tracer, uint64_t number, uint32_t sobol_index,
+                   uint32_t scramble, struct pm_recorder *recorder)
+{
+    struct walk walk;
+    walk.tracer = tracer;
+    walk.recorder = recorder;
+    walk.segment = walk.events = walk.straight = 0;
+    walk.specular = false;
+    if (!emit(&walk, sobol_index, scramble))
+        return;
+    pm_rng_init(&walk.rng, tracer->seed, tracer->purpose, number);
+    bool finite;
+    while ((finite = is_finite(&walk)) && step(&walk))
+        continue;
+    recorder->nonfinite += !finite;
+}

@@ -1,0 +1,48 @@
+#ifndef PM_FORWARD_PATH_H
+#define PM_FORWARD_PATH_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/rgb.h"
+#include "base/rng.h"
+#include "forward/photon.h"
+#include "world/world.h"
+
+/* One photon path from its light to its end. Shared by the files of this folder. */
+
+/* What every path of a run has in common. */
+struct pm_tracer {
+    const pm_world *world;
+    uint64_t seed;
+    pm_rng_purpose purpose;
+    uint32_t max_events;
+};
+
+struct pm_photon_buffer {
+    pm_photon *photons;
+    size_t count, capacity;
+};
+
+/* What a thread writes down while it traces. */
+struct pm_recorder {
+    /* set by the caller */
+    unsigned kinds; /* bit (1 << kind): stored */
+    unsigned replicate;
+    double flux_scale;
+    double probability[PM_MAP_KINDS]; /* of storing a deposit */
+
+    struct pm_photon_buffer buffer[PM_MAP_KINDS];
+    uint64_t deposits[PM_MAP_KINDS]; /* before the storage probability, stored or not */
+    pm_rgb emitted, absorbed, escaped;
+    uint64_t nonfinite;
+    bool out_of_memory; /* photons were lost; the run must fail */
+};
+
+/* Path `number`, emitted by point `sobol_index` of the sequence that `scramble` selects.
+ * Allocates nothing but room for photons. */
+void pm_path_trace(const struct pm_tracer *tracer, uint64_t number, uint32_t sobol_index,
+                   uint32_t scramble, struct pm_recorder *recorder);
+
+#endif

@@ -1,0 +1,44 @@
+#include "forward/record.h"
+
+#include <stdlib.h>
+
+static pm_photon *buffer_append(struct pm_photon_buffer *buffer)
+{
+    if (buffer->count == buffer->capacity) {
+        size_t capacity = buffer->capacity ? 2 * buffer->capacity : 4096;
+        pm_photon *photons = realloc(buffer->photons, capacity * sizeof *photons);
+        if (!photons)
+            return NULL;
+        buffer->photons = photons;
+        buffer->capacity = capacity;
+    }
+    return &buffer->photons[buffer->count++];
+}
+
+/* Dividing the flux by the storage probability is multiplying its unit with it. */
+static void store(struct pm_recorder *recorder, int kind, const pm_photon_record *photon)
+{
+    pm_photon *place = buffer_append(&recorder->buffer[kind]);
+    if (place)
+        pm_photon_pack(photon, recorder->flux_scale * recorder->probability[kind], place);
+    else
+        recorder->out_of_memory = true;
+}
+
+void pm_record_deposit(struct pm_recorder *recorder, unsigned kinds, pm_photon_record *photon,
+                       pm_rng *draws)
+{
+    if (!pm_rgb_finite(photon->flux) || !pm_vec3_finite(photon->position)) {
+        recorder->nonfinite++;
+        return;
+    }
+    photon->replicate = recorder->replicate;
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        double draw = pm_rng_uniform(draws);
+        if (!(kinds & (1U << kind)))
+            continue;
+        recorder->deposits[kind]++;
+        if (recorder->kinds & (1U << kind) && draw < recorder->probability[kind])
+            store(recorder, kind, photon);
+    }
+}

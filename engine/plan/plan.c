@@ -1,0 +1,117 @@
+#include "plan/plan.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+#include "base/rgb.h"
+
+enum { DEFAULT_GATHER = 40, MAX_GATHER = 100000 };
+#define MAX_PHOTONS UINT64_C(2000000000) /* 48 GB */
+
+__attribute__((format(printf, 3, 4))) static void decide(pm_plan_pass *pass, bool needed,
+                                                         const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    pass->needed = needed;
+    vsnprintf(pass->reason, sizeof pass->reason, format, args);
+    va_end(args);
+}
+
+static pm_status check_wanted(const pm_wanted *wanted, int kind, pm_error *err)
+{
+    const pm_map_wanted *map = &wanted->maps[kind];
+    const char *name = pm_map_kind_name((pm_map_kind)kind);
+    if (wanted->estimator != PM_NEAREST || !map->wanted)
+        return PM_OK;
+    if (map->count < 1 || map->count > MAX_PHOTONS)
+        return pm_error_set(err, PM_E_RANGE,
+                            "a %s map of %" PRIu64 " photons; it can have 1 to %" PRIu64, name,
+                            map->count, MAX_PHOTONS);
+    if (map->gather_count > MAX_GATHER)
+        return pm_error_set(err, PM_E_RANGE,
+                            "%" PRIu32 " photons an estimate of the %s map; at most %d",
+                            map->gather_count, name, MAX_GATHER);
+    return PM_OK;
+}
+
+/* Did the user ask for that kind of light at all? */
+static bool is_asked(const pm_wanted *wanted, int kind, pm_plan_pass *pass)
+{
+    const char *name = pm_map_kind_name((pm_map_kind)kind);
+    if (wanted->estimator == PM_NEAREST) {
+        if (!wanted->maps[kind].wanted)
+            decide(pass, false, "no %s pass: no %s map was asked for", name, name);
+        return wanted->maps[kind].wanted;
+    }
+    if (kind == PM_MAP_GLOBAL && wanted->ambient_bounces == 0) {
+        decide(pass, false, "no global pass: -ab 0 asks for no light between diffuse surfaces");
+        return false;
+    }
+    return true;
+}
+
+static void decide_global(const pm_world_info *info, pm_plan_pass *pass)
+{
+    if (!info->diffuse_surfaces)
+        decide(pass, false, "no global pass: no surface scatters light diffusely");
+    else
+        decide(pass, true,
+               "global pass: light between surfaces, of which %zu scatter diffusely",
+               info->diffuse_surfaces);
+}
+
+static void decide_caustic(const pm_world_info *info, pm_plan_pass *pass)
+{
+    if (!info->specular_surfaces)
+        decide(pass, false, "no caustic pass: no surface reflects or refracts specularly");
+    else if (!info->diffuse_surfaces)
+        decide(pass, false, "no caustic pass: no diffuse surface that a caustic could fall on");
+    else
+        decide(pass, true, "caustic pass: %zu surfaces reflect or refract specularly",
+               info->specular_surfaces);
+}
+
+static void decide_volume(const pm_world_info *info, pm_plan_pass *pass)
+{
+    if (!info->mist_surfaces)
+        decide(pass, false, "no volume pass: no mist");
+    else
+        decide(pass, true, "volume pass: %zu surfaces bound mist", info->mist_surfaces);
+}
+
+static void decide_pass(const pm_world_info *info, int kind, pm_plan_pass *pass)
+{
+    static void (*const decisions[PM_MAP_KINDS])(const pm_world_info *, pm_plan_pass *) = {
+        decide_global, decide_caustic, decide_volume};
+    if (!info->lights || pm_rgb_is_black(info->power))
+        decide(pass, false, "no %s pass: nothing in the scene emits light",
+               pm_map_kind_name((pm_map_kind)kind));
+    else
+        decisions[kind](info, pass);
+}
+
+pm_status pm_plan_make(const pm_world *world, const pm_wanted *wanted, pm_plan *out,
+                       pm_error *err)
+{
+    pm_world_info info;
+    pm_plan plan = {0};
+    pm_world_info_get(world, &info);
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        pm_status st = check_wanted(wanted, kind, err);
+        if (st)
+            return st;
+        pm_plan_pass *pass = &plan.pass[kind];
+        if (!is_asked(wanted, kind, pass))
+            continue;
+        decide_pass(&info, kind, pass);
+        if (wanted->estimator != PM_NEAREST)
+            continue;
+        uint32_t gather = wanted->maps[kind].gather_count;
+        pass->count = wanted->maps[kind].count;
+        pass->gather_count = gather ? gather : DEFAULT_GATHER;
+    }
+    *out = plan;
+    return PM_OK;
+}
