@@ -12,7 +12,13 @@ typedef struct pm_emission {
     pm_vec3 origin, direction;
     uint32_t from; /* surface, or PM_NO_PRIMITIVE for a distant source (origin outside the scene) */
     pm_rgb flux;   /* total / pdf [W / scale^2]: mean over u = total emitted power */
+    double focus;  /* of a spotlight; 0 otherwise */
 } pm_emission;
+
+/* The share of the flux that arrives at `distance` from the origin (straight passages counted in). 1 but
+ * for spotlights: Radiance lets their light fall off as if from `focus` behind the lamp (srcray in
+ * source.c), which for wide cones no conserved light does: (d / (d + focus))^2 of the far field's. */
+double pm_emission_share(const pm_emission *emission, double distance);
 
 /* u[0] picks the light in proportion to its power, u[1..2] the place, u[3..4] the direction.
  * Distant sources emit onto the disc that the scene's bounding sphere shows them.
@@ -25,7 +31,7 @@ pm_rgb pm_light_total_power(const pm_world *world);
 /* One next-event sample. */
 typedef struct pm_light_sample {
     pm_vec3 wi;      /* from the point to the light, unit */
-    double distance; /* to the light's surface; INFINITY for distant sources */
+    double distance; /* to just before the light's surface; INFINITY for distant sources */
     pm_rgb radiance; /* that the light sends to the point if nothing stands between */
     double pdf;      /* [1/sr], choice of the light included */
     uint32_t surface;/* the light's surface, or PM_NO_PRIMITIVE */
@@ -43,9 +49,14 @@ bool pm_light_sample_at(const pm_world *world, pm_vec3 point, const double u[3],
  * (a surface); 0 if it is no light. */
 double pm_light_pdf_surface(const pm_world *world, pm_vec3 point, pm_vec3 wi, const pm_hit *hit);
 
-/* Radiance that the surface at `hit` emits towards wo; black for surfaces that do not emit, and for
- * an illum (which is seen as its alternate material). */
+/* Radiance that the surface at `hit` emits towards wo into a point at distance hit->t; black for
+ * surfaces that light nothing, and for an illum (which is seen as its alternate material). */
 pm_rgb pm_light_radiance(const pm_world *world, const pm_hit *hit, pm_vec3 wo);
+
+/* The same for walks from the eye that met nothing but specular and straight events so far: glows of
+ * negative radius show here alone, and spotlights show their full radiance, as in Radiance. */
+pm_rgb pm_light_seen_radiance(const pm_world *world, const pm_hit *hit, pm_vec3 wo);
+pm_rgb pm_light_seen_distant(const pm_world *world, pm_vec3 direction);
 
 /* True if pm_light_sample_at covers the light of that surface or (PM_NO_PRIMITIVE) of every
  * distant source: its radiance reached by a diffuse or glossy bounce is already counted there. */

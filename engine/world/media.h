@@ -4,11 +4,16 @@
 #include "base/rgb.h"
 #include "world/world.h"
 
-/* Participating media: mists, and the absorbing insides of dielectrics.
+/* Participating media: mists, and the absorbing insides of dielectrics; and the volumes that
+ * antimatter cuts out.
  *
- * A path carries the list of media that hold its current point. A dielectric displaces the mists
+ * A path carries the list of volumes that hold its current point. A dielectric displaces the mists
  * outside it: inside it only what was entered after it counts; leaving it the mists are back.
- * Overlapping mists add their extinctions. */
+ * Overlapping mists add their extinctions. Within an antimatter the materials that it lists are
+ * invisible, their media too; the list goes on to say in which objects the point would lie, for the
+ * antimatter's far boundary. Of more than PM_MEDIA_MAX nested volumes the innermost do not count.
+ *
+ * A mist's list of light names is accepted; all lights scatter in every mist. */
 
 enum { PM_MEDIA_MAX = 16 };
 
@@ -24,8 +29,8 @@ typedef struct pm_medium {
     double g;          /* Henyey-Greenstein, scattering-weighted mean of the sum */
 } pm_medium;
 
-/* The media at a point in free space, by a ray to the outside. Cheap (count = 0) in a world
- * without media. */
+/* The media at a point in free space, by rays to the outside. Cheap (count = 0) in a world
+ * without media and antimatter. */
 void pm_media_at(const pm_world *world, pm_vec3 point, pm_media *out);
 
 /* A path goes through the surface of `hit` along `direction` (refraction and straight passage,

@@ -2,14 +2,15 @@
 #define PM_WORLD_SURFACE_H
 
 #include "base/rgb.h"
+#include "world/media.h"
 #include "world/world.h"
 
 /* How a material scatters light at a hit.
  *
  * `wo` and `wi` point away from the surface: wo to where the walk comes from, wi to where it goes
- * on. The models are reciprocal or, where Radiance's are not, used as Radiance uses them; radiance
- * is not scaled by the index squared in refraction (as in Radiance), so forward and backward walks
- * use the same weights. */
+ * on. The models are reciprocal: forward and backward walks use the same weights, but that
+ * refraction scales radiance (not flux) by the square of the indices' ratio, as in Radiance's
+ * dielectric.c: a backward walk multiplies by pm_scatter.radiance_scale. */
 
 typedef enum pm_lobe {
     PM_LOBE_NONE,             /* absorbed */
@@ -29,8 +30,10 @@ typedef struct pm_surface {
     pm_rgb specular_transmittance;/* likewise; direction refracted_wi, or a lobe about it */
     pm_rgb straight_transmittance;/* straight passage: thin glass, antimatter, smooth trans, illum void */
     double roughness;             /* Ward's alpha; 0 = delta */
-    pm_vec3 refracted_wi;         /* unit; of the delta transmission */
-    double dielectric_exit;       /* reserved for materials that need it; 0 otherwise */
+    pm_vec3 refracted_wi;         /* unit; of the delta transmission, or its lobe's middle */
+    double radiance_scale;        /* see pm_scatter */
+    bool fresnel; /* the diffuse parts carry 1 - F(cos wi) (smooth plastic, metal, trans; see
+                     pm_surface_diffuse): a density estimate weighs each photon by it */
 } pm_surface;
 
 typedef struct pm_scatter {
@@ -40,17 +43,29 @@ typedef struct pm_scatter {
     pm_rgb weight;    /* f |cos wi| / pdf: what the throughput is multiplied by */
     double pdf;       /* [1/sr] of wi among the finite lobes together, for multiple importance
                          sampling; 0 for delta and straight lobes */
+    double radiance_scale; /* (index on wo's side / on wi's side)^2; 1 but for refraction */
 } pm_scatter;
 
-/* The material of `hit` seen from wo. An illum is its alternate material here. */
-void pm_surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo, pm_surface *out);
+/* The material of `hit` seen from wo by a walk that `media` hold, for photons and for bounces. An
+ * illum is its alternate material here. A surface that an antimatter in `media` hides is straight
+ * passage; the boundary of an antimatter within an object that it cuts is that antimatter's first
+ * material (Radiance's m_clip.c). Emission is apart: light.h. */
+void pm_surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo, const pm_media *media,
+                   pm_surface *out);
 
-/* Finite lobes: f(wi, wo) |cos wi|; diffuse and glossy parts apart. Delta lobes give nothing. */
+/* The same for walks from the eye that met nothing but specular and straight events so far: a mirror
+ * with an alternate material shows that one (Radiance's m_mirror.c). */
+void pm_surface_seen_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
+                        const pm_media *media, pm_surface *out);
+
+/* Finite lobes: f(wi, wo) |cos wi|; diffuse and glossy parts apart. Delta lobes give nothing.
+ * The diffuse part is albedo / pi * |cos wi|, times 1 - F(|cos wi|) if `fresnel` is set. */
 pm_rgb pm_surface_diffuse(const pm_surface *surface, pm_vec3 wi);
 pm_rgb pm_surface_glossy(const pm_surface *surface, pm_vec3 wi);
 
 /* Draws one lobe in proportion to its mean albedo weighted by `throughput`, then a direction
- * from it. u[0] picks the lobe, u[1] and u[2] the direction. PM_LOBE_NONE if all are black.
+ * from it. u[0] picks the lobe, u[1] and u[2] the direction. PM_LOBE_NONE if all are black, or if
+ * a rough lobe's direction falls on the wrong side.
  * Never draws absorption: E[weight] is the albedo, roulette is the caller's. */
 void pm_surface_sample(const pm_surface *surface, pm_rgb throughput, const double u[3],
                        pm_scatter *out);

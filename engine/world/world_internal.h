@@ -22,7 +22,11 @@ struct pm_distant {
     uint32_t material;
 };
 
-/* Which scene primitives the world's materials come from. Materials with equal digests (type,
+/* Antimatter goes by modifier, not by content: of two equal plastics it may list only one. So the
+ * digest of a material that antimatter lists also covers the sorted digests of the antimatters
+ * that list it (whose own digests cover the bare contents of what they list).
+ *
+ * Which scene primitives the world's materials come from. Materials with equal digests (type,
  * arguments and references by content) are one; they are sorted by digest. Only those that a
  * surface or a source needs, by itself or through references, are there. */
 struct pm_material_table {
@@ -56,7 +60,7 @@ struct pm_world {
     struct pm_material *materials;
     bool passes_straight; /* some used material has a straight part (glass, trans, antimatter,
                              illum with void) */
-    bool has_media;       /* some used material is a mist or an absorbing dielectric */
+    bool has_media;       /* some used material is a mist, an absorbing dielectric or antimatter */
 
     struct pm_lights *lights; /* pm_lights_build, pm_lights_free (light.c) */
     struct pm_rays *rays;     /* rays.c */
@@ -74,13 +78,15 @@ PM_MUST_USE pm_status pm_lights_build(pm_world *world, pm_error *err);
 void pm_lights_free(struct pm_lights *lights);
 size_t pm_lights_count(const pm_world *world); /* surfaces and distant sources that emit */
 
-/* material.c: the part of the light that goes straight through the surface at a hit; black for
- * what is opaque, refracting or scattering. */
-pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, pm_vec3 direction);
+/* material.c: the part of the light that goes straight through the surface at a hit for a ray that
+ * `media` hold; black for what is opaque, refracting or scattering. A ray that goes on crosses
+ * the media there (pm_media_cross). */
+pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, pm_vec3 direction,
+                            const struct pm_media *media);
 
 /* material.c: for pm_world_info. */
 bool pm_material_is_specular(const struct pm_material *material);
 bool pm_material_is_diffuse(const struct pm_material *material);
-bool pm_material_is_mist(const struct pm_material *material);
+bool pm_material_is_mist(const struct pm_material *material); /* one that scatters */
 
 #endif

@@ -1,0 +1,67 @@
+#ifndef PM_WORLD_MATERIAL_H
+#define PM_WORLD_MATERIAL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/rgb.h"
+#include "base/vec3.h"
+#include "world/world_internal.h"
+
+/* Materials as surface.c, light.c and media.c need them. Which reals mean what: Radiance reference
+ * manual, 2.1.2. */
+struct pm_material {
+    pm_primitive_type type;
+
+    /* Reflectance, transmissivity of glass, or emitted radiance. */
+    pm_rgb color;
+
+    /* plastic, metal, trans */
+    double specularity, roughness;
+    double transmission;      /* trans: share of what is not reflected specularly */
+    double straight_fraction; /* trans: of that, the specular share */
+
+    double index; /* glass, dielectric */
+
+    /* mist, dielectric [1 / scale] */
+    pm_rgb extinction, scattering;
+    double g;
+
+    double reach; /* glow: Radiance's maxrad; only its sign counts */
+
+    /* spotlight */
+    pm_vec3 aim;
+    double versine; /* 1 - cos(half the cone's angle) */
+    double focus;   /* [scale] */
+
+    /* illum and mirror: what is seen instead; antimatter: what its boundary shows within an object
+     * that it cuts. PM_NO_PRIMITIVE: invisible. Never itself an illum or a light. */
+    uint32_t alternate;
+    bool has_alternate; /* mirror: named one, void included */
+
+    /* antimatter: the materials that it hides, ascending */
+    const uint32_t *hides;
+    uint32_t hides_count;
+
+    bool bounds_volume; /* walks list it in pm_media while inside: a medium, an antimatter, or
+                           an object that an antimatter cuts and gives a new boundary */
+};
+
+bool pm_material_emits(const struct pm_material *material); /* into the scene */
+bool pm_material_hides(const struct pm_material *antimatter, uint32_t material);
+
+/* Whether an antimatter in `media` makes surfaces of this material invisible. */
+bool pm_material_is_hidden(const pm_world *world, const struct pm_media *media,
+                           uint32_t material);
+
+/* What a surface shows to a walk, with illum, mirror and antimatter resolved. */
+struct pm_shown {
+    const struct pm_material *material; /* NULL: nothing, straight passage */
+    bool flipped;                       /* front and back are exchanged */
+};
+
+/* `seen`: by a walk from the eye with nothing but specular and straight events so far. */
+struct pm_shown pm_material_shown(const pm_world *world, const pm_hit *hit,
+                                  const struct pm_media *media, bool seen);
+
+#endif
