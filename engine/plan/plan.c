@@ -52,33 +52,48 @@ static bool is_asked(const pm_wanted *wanted, int kind, pm_plan_pass *pass)
     return true;
 }
 
+/* "1 surface bounds", "2 surfaces bound" */
+static const char *plural(size_t count)
+{
+    return count == 1 ? "" : "s";
+}
+
+static const char *verb_ending(size_t count)
+{
+    return count == 1 ? "s" : "";
+}
+
 static void decide_global(const pm_world_info *info, pm_plan_pass *pass)
 {
-    if (!info->diffuse_surfaces)
+    size_t n = info->diffuse_surfaces;
+    if (!n)
         decide(pass, false, "no global pass: no surface scatters light diffusely");
     else
         decide(pass, true,
-               "global pass: light between surfaces, of which %zu scatter diffusely",
-               info->diffuse_surfaces);
+               "global pass: light between surfaces, of which %zu scatter%s diffusely", n,
+               verb_ending(n));
 }
 
 static void decide_caustic(const pm_world_info *info, pm_plan_pass *pass)
 {
-    if (!info->specular_surfaces)
+    size_t n = info->specular_surfaces;
+    if (!n)
         decide(pass, false, "no caustic pass: no surface reflects or refracts specularly");
     else if (!info->diffuse_surfaces)
         decide(pass, false, "no caustic pass: no diffuse surface that a caustic could fall on");
     else
-        decide(pass, true, "caustic pass: %zu surfaces reflect or refract specularly",
-               info->specular_surfaces);
+        decide(pass, true, "caustic pass: %zu surface%s reflect%s or refract%s specularly", n,
+               plural(n), verb_ending(n), verb_ending(n));
 }
 
 static void decide_volume(const pm_world_info *info, pm_plan_pass *pass)
 {
-    if (!info->mist_surfaces)
+    size_t n = info->mist_surfaces;
+    if (!n)
         decide(pass, false, "no volume pass: no mist");
     else
-        decide(pass, true, "volume pass: %zu surfaces bound mist", info->mist_surfaces);
+        decide(pass, true, "volume pass: %zu surface%s bound%s mist", n, plural(n),
+               verb_ending(n));
 }
 
 static void decide_pass(const pm_world_info *info, int kind, pm_plan_pass *pass)
