@@ -23,6 +23,8 @@ struct walk {
     pm_rgb flux;
     double reference; /* largest channel of the emitted flux: roulette keeps `flux` there */
     pm_media media;   /* that hold the ray's origin */
+    pm_emission emission;
+    double travelled; /* from the light, while there was no event */
     uint32_t segment;
     uint32_t events;   /* diffuse, glossy, specular and volume ones */
     uint32_t straight; /* passages since the last event */
@@ -113,6 +115,17 @@ static pm_rgb absorbed_by(const pm_surface *surface, pm_rgb before, pm_rgb after
     return pm_rgb_sub(before, pm_rgb_mul(before, albedo_of(surface)));
 }
 
+/* A focused spotlight keeps back part of its flux (see light.h); known where the first event
+ * is. */
+static void apply_focus(struct walk *walk)
+{
+    if (walk->events || !(walk->emission.focus > 0))
+        return;
+    double share = pm_emission_share(&walk->emission, walk->travelled);
+    add_to(&walk->recorder->absorbed, pm_rgb_scale(walk->flux, 1 - share));
+    walk->flux = pm_rgb_scale(walk->flux, share);
+}
+
 static void deposit_on(struct walk *walk, const pm_hit *hit, const pm_surface *surface)
 {
     if (!walk->events || !pm_surface_is_diffuse(surface))
@@ -139,6 +152,8 @@ static bool meet_surface(struct walk *walk, const pm_hit *hit)
         add_to(&walk->recorder->absorbed, walk->flux);
         return false;
     }
+    if (scatter.lobe != PM_LOBE_STRAIGHT)
+        apply_focus(walk);
     if (!count_event(walk, scatter.lobe))
         return false;
     pm_rgb flux = pm_rgb_mul(walk->flux, scatter.weight);
@@ -208,6 +223,7 @@ static bool attenuate(struct walk *walk, const pm_medium *medium, double length)
 /* The path collides in a scattering medium. False if it ends there. */
 static bool collide(struct walk *walk, const pm_medium *medium, pm_vec3 point)
 {
+    apply_focus(walk);
     deposit(walk, 1U << PM_MAP_VOLUME, point, (pm_vec3){0, 0, 0});
     if (!count_event(walk, PM_LOBE_DIFFUSE))
         return false;
@@ -242,6 +258,7 @@ static bool step_through_medium(struct walk *walk, const pm_medium *medium)
     walk->ray.t_max = scatters ? draw_free_path(walk, medium) : INFINITY;
     bool met = pm_world_intersect(walk->tracer->world, &walk->ray, &hit);
     double length = met ? hit.t : walk->ray.t_max;
+    walk->travelled += length;
     if (scatters)
         weigh_free_path(walk, medium, length, !met && length < INFINITY);
     else if (met && !attenuate(walk, medium, length))
@@ -261,6 +278,7 @@ static bool step(struct walk *walk)
         return step_through_medium(walk, &medium);
     if (!pm_world_intersect(walk->tracer->world, &walk->ray, &hit))
         return escape(walk);
+    walk->travelled += hit.t;
     return meet_surface(walk, &hit);
 }
 
@@ -277,16 +295,17 @@ static bool emit(struct walk *walk, uint32_t sobol_index, uint32_t scramble)
     double u[5];
     for (unsigned d = 0; d < 5; d++)
         u[d] = pm_sobol(sobol_index, d, scramble);
-    pm_emission emission;
-    if (!pm_light_emit(walk->tracer->world, u, &emission))
+    const pm_emission *e = &walk->emission;
+    if (!pm_light_emit(walk->tracer->world, u, &walk->emission))
         return false;
-    walk->ray = (pm_ray){emission.origin, emission.direction, INFINITY, emission.from};
-    walk->flux = emission.flux;
-    walk->reference = pm_rgb_max(emission.flux);
+    walk->ray = (pm_ray){e->origin, e->direction, INFINITY, e->from};
+    walk->flux = e->flux;
+    walk->reference = pm_rgb_max(e->flux);
+    walk->travelled = 0;
     walk->media.count = 0;
-    if (emission.from != PM_NO_PRIMITIVE)
-        pm_media_at(walk->tracer->world, emission.origin, &walk->media);
-    add_to(&walk->recorder->emitted, emission.flux);
+    if (e->from != PM_NO_PRIMITIVE)
+        pm_media_at(walk->tracer->world, e->origin, &walk->media);
+    add_to(&walk->recorder->emitted, e->flux);
     return walk->reference > 0;
 }
 
