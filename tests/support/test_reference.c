@@ -380,6 +380,21 @@ static void mirror_shows_the_image_as_caustic(void **state)
     ref_free(scene);
 }
 
+static void mirror_is_black_behind(void **state)
+{
+    (void)state;
+    struct ref_scene *scene = load("void light l 0 0 3 1 1 1 l bubble b 0 0 4 0 0 0 9\n"
+                                   "void mirror m 0 0 3 1 1 1 m ring r 0 0 8 0 0 0 0 0 1 0 1");
+    const double white[3] = {1, 1, 1};
+    struct ref_options o = options(100, true);
+    struct ref_result r;
+    ref_radiance(scene, (const double[3]){0, 0, 1}, down, &o, &r);
+    expect_class(&r, REF_CAUSTIC, white, 0);
+    ref_radiance(scene, (const double[3]){0, 0, -1}, up, &o, &r);
+    expect_total(&r, here, 0);
+    ref_free(scene);
+}
+
 /* Light through (or off) two faces of reflectance r with inner transmissivity a, added up order
  * by order. */
 static double pane_orders(double r, double a, bool transmitted)
@@ -688,6 +703,7 @@ int main(void)
         cmocka_unit_test(spotlight_shines_within_its_cone_only),
         cmocka_unit_test(disc_mean_is_the_view_factor),
         cmocka_unit_test(mirror_shows_the_image_as_caustic),
+        cmocka_unit_test(mirror_is_black_behind),
         cmocka_unit_test(glass_pane_sums_all_orders_of_both_polarisations),
         cmocka_unit_test(direct_light_passes_glass_and_smooth_trans),
         cmocka_unit_test(dielectric_slab_sums_all_orders),
