@@ -9,8 +9,8 @@
 #include "base/digest.h"
 #include "base/error.h"
 
-/* The files of one scene, by name, in memory. Names resolve only in here: nothing that comes from
- * the network can reach the file system. A bundle travels as an uncompressed POSIX tar.
+/* The files of one scene, by name, in memory. Names resolve only in here: nothing that comes
+ * from the network can reach the file system. A bundle travels as an uncompressed POSIX tar.
  *
  * Next: scene.h parses one of the files. */
 typedef struct pm_bundle pm_bundle;
@@ -24,7 +24,8 @@ typedef struct pm_file {
 pm_bundle *pm_bundle_new(void); /* NULL if memory is short */
 void pm_bundle_free(pm_bundle *bundle);
 
-/* Copies a file in. PM_E_RANGE for an absolute, empty or climbing name, or a name given twice. */
+/* Copies a file in. PM_E_RANGE for an absolute, empty or climbing name, or a name given twice.
+ */
 PM_MUST_USE pm_status pm_bundle_add(pm_bundle *bundle, const char *name, const void *data,
                                     size_t size, pm_error *err);
 
@@ -35,19 +36,21 @@ const pm_file *pm_bundle_find(const pm_bundle *bundle, const char *name, const c
 size_t pm_bundle_count(const pm_bundle *bundle);
 const pm_file *pm_bundle_at(const pm_bundle *bundle, size_t index); /* sorted by name */
 
-/* Reads a tar of regular files (links and devices are refused) of at most `limit_bytes` in all. */
+/* Reads a tar of regular files (links and devices are refused) of at most `limit_bytes` in all.
+ */
 PM_MUST_USE pm_status pm_bundle_read_tar(const void *data, size_t size, size_t limit_bytes,
                                          pm_bundle **out, pm_error *err);
 
 /* Writes the tar: files sorted by name, no times, no owners, so that equal bundles give equal
  * bytes and one digest. */
-PM_MUST_USE pm_status pm_bundle_write_tar(const pm_bundle *bundle, pm_bytes *out, pm_error *err);
+PM_MUST_USE pm_status pm_bundle_write_tar(const pm_bundle *bundle, pm_bytes *out,
+                                          pm_error *err);
 
-/* Fills a bundle from the file system with `path` and every file its `!xform` lines name, directly
- * or indirectly. The main file's name in the bundle is its base name; the names of the others are as
- * the scene writes them, and must lie under the main file's folder. "-" reads standard input as a
- * scene named `stdin.rad`. Used by the client alone. */
-PM_MUST_USE pm_status pm_bundle_collect(const char *path, pm_bundle **out, const char **main_name,
-                                        pm_error *err);
+/* Fills a bundle from the file system with `path` and every file its `!xform` lines name,
+ * directly or indirectly. The main file's name in the bundle is its base name; the names of the
+ * others are as the scene writes them, and must lie under the main file's folder. "-" reads
+ * standard input as a scene named `stdin.rad`. Used by the client alone. */
+PM_MUST_USE pm_status pm_bundle_collect(const char *path, pm_bundle **out,
+                                        const char **main_name, pm_error *err);
 
 #endif

@@ -44,11 +44,13 @@ enum { PM_VOID = -1 };
 
 typedef struct pm_primitive {
     pm_primitive_type type;
-    int32_t modifier; /* index of the modifying primitive, always smaller than its own; or PM_VOID */
+    /* Index of the modifying primitive, always smaller than its own. PM_VOID for materials. */
+    int32_t modifier;
     const char *name;
     const char *const *strings; /* string arguments */
-    /* The string arguments that name modifiers (illum's alternate material; antimatter's list;
-     * mirror's alternate; mist's are source names), resolved: index, or PM_VOID for "void". */
+    /* The string arguments that name modifiers (illum's and mirror's alternate material,
+     * antimatter's list), resolved: index, or PM_VOID for "void". PM_VOID for each of a mist's,
+     * which name sources: every light scatters in it. */
     const int32_t *references;
     const double *reals; /* all finite */
     uint32_t string_count, real_count;
@@ -68,18 +70,25 @@ typedef struct pm_scene {
 typedef struct pm_scene_limits {
     size_t primitives; /* default 20 million, after xform arrays */
     size_t reals;      /* in the whole scene; default 400 million */
+    size_t bytes;      /* of text, each file as often as it is read; default 16 GiB */
     unsigned nesting;  /* of xform files; default 32 */
 } pm_scene_limits;
 
 /* Parses `main_name` of the bundle.
  * Radiance's grammar: `modifier type name` then counted string, integer and real arguments; `#`
  * comments; `void`; `modifier alias new old`; `!xform ...` on a line of its own, run inside the
- * process. Any other command is refused. Aliases are resolved away.
- * Errors: PM_E_SYNTAX, PM_E_RANGE, PM_E_UNSUPPORTED (a Radiance type not offered), PM_E_MISSING
- * (modifier or file), PM_E_LIMIT, PM_E_MEMORY, each with file, line and column.
- * Source: Radiance reference manual (refer/ray.html); xform(1). Tests: tests/engine/scene, tests/bad. */
+ * process. Any other command is refused. Aliases are resolved away: surfaces that use one have
+ * the index of what it means. A surface's modifier is a material: `void`, which makes it
+ * invisible in Radiance, is refused, and so is a material that modifies a material. A source's
+ * material is light, glow, spotlight or illum. A negative radius, a cone with equal radii and a
+ * ring's radii in descending order are rewritten as Radiance reads them, so in the result radii
+ * are positive, a cone's differ, a ring's ascend. Errors: PM_E_SYNTAX, PM_E_RANGE,
+ * PM_E_UNSUPPORTED (a Radiance type not offered), PM_E_MISSING (modifier or file), PM_E_LIMIT,
+ * PM_E_MEMORY, each with file, line and column. Source: Radiance reference manual
+ * (refer/ray.html); xform(1). Tests: tests/engine/scene, tests/bad. */
 PM_MUST_USE pm_status pm_scene_parse(const pm_bundle *bundle, const char *main_name,
-                                     const pm_scene_limits *limits, pm_scene **out, pm_error *err);
+                                     const pm_scene_limits *limits, pm_scene **out,
+                                     pm_error *err);
 void pm_scene_free(pm_scene *scene);
 
 /* Radiance's word for a type, e.g. "plastic". */

@@ -1,0 +1,19 @@
+#ifndef PM_SCENE_COMMAND_H
+#define PM_SCENE_COMMAND_H
+
+#include "base/arena.h"
+#include "scene/lexer.h"
+
+/* The words of a `!` line, quoted as in a shell. Nothing is executed. */
+typedef struct pm_command {
+    const char *file; /* that it stands in */
+    pm_word *words;   /* terminated, in the arena */
+    size_t count;     /* >= 1 */
+} pm_command;
+
+/* Reads what follows the '!', to the end of the line; a backslash before the newline continues
+ * it. PM_E_UNSUPPORTED for what only a shell could do. */
+PM_MUST_USE pm_status pm_command_read(pm_lexer *lexer, pm_arena *arena, pm_command *out,
+                                      pm_error *err);
+
+#endif

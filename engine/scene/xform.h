@@ -1,0 +1,70 @@
+#ifndef PM_SCENE_XFORM_H
+#define PM_SCENE_XFORM_H
+
+#include "base/arena.h"
+#include "scene/command.h"
+#include "scene/scene.h"
+
+/* What Radiance's xform(1) does to a scene, run inside the process. */
+
+/* p -> p * turn + shift, with row vectors; `turn` is a rotation times `scale`, mirrored or not.
+ */
+typedef struct pm_transform {
+    double turn[3][3], shift[3];
+    double scale; /* of lengths, > 0 */
+    bool mirrored;
+} pm_transform;
+
+pm_transform pm_transform_identity(void);
+
+/* First `a`, then `b`. */
+pm_transform pm_transform_then(const pm_transform *a, const pm_transform *b);
+
+enum { PM_XFORM_GROUPS = 64 };
+
+/* Transforms to apply `count` times; an array makes a copy of the scene for 0 .. count - 1
+ * times. */
+typedef struct pm_xform_group {
+    pm_transform transform;
+    uint64_t count;
+    bool array;
+} pm_xform_group;
+
+/* An `!xform` command, parsed. Lives in the arena. */
+typedef struct pm_xform {
+    const pm_word *modifier; /* -m: the modifier of all surfaces; NULL without */
+    const char *prefix;      /* -n: "" without */
+    bool invert;             /* -I: surfaces face the other way */
+    const pm_xform_group *groups;
+    size_t group_count;
+    uint64_t instances; /* product over the arrays; UINT64_MAX if larger */
+    const pm_word *files;
+    size_t file_count;
+} pm_xform;
+
+/* PM_E_UNSUPPORTED for another program than xform and for its -f and -c; PM_E_SYNTAX,
+ * PM_E_RANGE for arguments that are wrong; each with the place of the argument. */
+PM_MUST_USE pm_status pm_xform_parse(const pm_command *command, pm_arena *arena, pm_xform *out,
+                                     pm_error *err);
+
+/* The transform of instance 0 .. instances - 1; the first array varies slowest. */
+pm_transform pm_xform_instance(const pm_xform *xform, uint64_t index);
+
+/* The prefix of names in that instance as Radiance writes it: "box", or in arrays "box.1.0",
+ * "a1.0". In the arena; NULL if memory is short. */
+const char *pm_xform_instance_prefix(const pm_xform *xform, uint64_t index, pm_arena *arena);
+
+/* Transforms a primitive's arguments (in scene units, already checked) in place.
+ *   inverted  the surface faces the other way: sphere and bubble, cone and cup, cylinder and
+ * tube change places, a ring's normal turns, a polygon's vertices go backwards Lengths scale:
+ * radii, a glow's maxrad, a spotlight's focal length (its direction's length). Quantities for a
+ * unit of length follow, so that the optical depth stays: a mist's extinction is divided by the
+ * scale, a dielectric's transmission per unit length raised to its inverse. Directions of
+ * sources and rings turn and keep their length. Radiance and reflectances stay. PM_E_RANGE with
+ * the reason for a result that a double cannot hold. Source: Radiance, src/gen/xform.c. Test:
+ * test_xform.c. */
+PM_MUST_USE pm_status pm_transform_primitive(const pm_transform *transform, bool inverted,
+                                             pm_primitive_type *type, double *reals,
+                                             size_t count, const char **reason);
+
+#endif
