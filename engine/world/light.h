@@ -5,7 +5,12 @@
 #include "world/world.h"
 
 /* Lights: every surface or distant source whose material emits (light, glow of radius >= 0,
- * spotlight, illum). A glow of negative radius is seen but lights nothing, as in Radiance. */
+ * spotlight, illum). A glow of negative radius is seen but lights nothing, as in Radiance.
+ *
+ * An illum stands for all light that leaves through its front, but for light that comes straight from
+ * a light or spotlight (Radiance's illumblock and badcomponent in source.c). So weak light, from
+ * a glow or an illum or after any event, ends where it would leave an illum through its front:
+ * forward walks and gather rays ask pm_light_stands_in, shadow rays carry pm_ray.weak. */
 
 /* A photon leaving a light. */
 typedef struct pm_emission {
@@ -13,6 +18,7 @@ typedef struct pm_emission {
     uint32_t from; /* surface, or PM_NO_PRIMITIVE for a distant source (origin outside the scene) */
     pm_rgb flux;   /* total / pdf [W / scale^2]: mean over u = total emitted power */
     double focus;  /* of a spotlight; 0 otherwise */
+    bool weak;     /* from a glow or an illum */
 } pm_emission;
 
 /* The share of the flux that arrives at `distance` from the origin (straight passages counted in). 1 but
@@ -35,6 +41,7 @@ typedef struct pm_light_sample {
     pm_rgb radiance; /* that the light sends to the point if nothing stands between */
     double pdf;      /* [1/sr], choice of the light included */
     uint32_t surface;/* the light's surface, or PM_NO_PRIMITIVE */
+    bool weak;       /* a glow or an illum: goes into pm_ray.weak */
     bool hidden;     /* an illum: no bounce can hit it, so multiple importance sampling gives it 1 */
 } pm_light_sample;
 
@@ -58,12 +65,17 @@ pm_rgb pm_light_radiance(const pm_world *world, const pm_hit *hit, pm_vec3 wo);
 pm_rgb pm_light_seen_radiance(const pm_world *world, const pm_hit *hit, pm_vec3 wo);
 pm_rgb pm_light_seen_distant(const pm_world *world, pm_vec3 direction);
 
+/* True if light that travels along `direction` would leave an illum through its front at the hit. */
+bool pm_light_stands_in(const pm_world *world, const pm_hit *hit, pm_vec3 direction);
+
 /* True if pm_light_sample_at covers the light of that surface or (PM_NO_PRIMITIVE) of every
  * distant source: its radiance reached by a diffuse or glossy bounce is already counted there. */
 bool pm_light_is_sampled(const pm_world *world, uint32_t surface);
 
 /* Radiance of the distant sources in a direction that leaves the scene, and the density [1/sr]
- * with which pm_light_sample_at draws that direction there (sum over overlapping sources). */
+ * with which pm_light_sample_at draws that direction there. Where sources overlap, lights add up, and
+ * a glow shows only where there is no light (as in Radiance, which takes the first of the lights:
+ * here order in the file counts for nothing). */
 pm_rgb pm_light_distant(const pm_world *world, pm_vec3 direction, double *pdf);
 
 #endif

@@ -8,8 +8,8 @@
 #include "base/vec3.h"
 #include "world/world_internal.h"
 
-/* Materials as surface.c, light.c and media.c need them. Which reals mean what: Radiance reference
- * manual, 2.1.2. */
+/* Materials as surface.c, light.c and media.c need them. Which reals mean what: Radiance
+ * reference manual, 2.1.2. */
 struct pm_material {
     pm_primitive_type type;
 
@@ -34,8 +34,8 @@ struct pm_material {
     double versine; /* 1 - cos(half the cone's angle) */
     double focus;   /* [scale] */
 
-    /* illum and mirror: what is seen instead; antimatter: what its boundary shows within an object
-     * that it cuts. PM_NO_PRIMITIVE: invisible. Never itself an illum or a light. */
+    /* illum and mirror: what is seen instead; antimatter: what its boundary shows within an
+     * object that it cuts. PM_NO_PRIMITIVE: invisible. Never itself an illum or a light. */
     uint32_t alternate;
     bool has_alternate; /* mirror: named one, void included */
 
@@ -45,6 +45,9 @@ struct pm_material {
 
     bool bounds_volume; /* walks list it in pm_media while inside: a medium, an antimatter, or
                            an object that an antimatter cuts and gives a new boundary */
+
+    /* What its surfaces can do, by themselves or through the alternate. */
+    bool specular, diffuse, straight;
 };
 
 bool pm_material_emits(const struct pm_material *material); /* into the scene */
@@ -61,7 +64,7 @@ struct pm_shown {
 };
 
 /* `seen`: by a walk from the eye with nothing but specular and straight events so far. */
-struct pm_shown pm_material_shown(const pm_world *world, const pm_hit *hit,
+struct pm_shown pm_material_shown(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
                                   const struct pm_media *media, bool seen);
 
 #endif

@@ -7,11 +7,12 @@
 /* Participating media: mists, and the absorbing insides of dielectrics; and the volumes that
  * antimatter cuts out.
  *
- * A path carries the list of volumes that hold its current point. A dielectric displaces the mists
- * outside it: inside it only what was entered after it counts; leaving it the mists are back.
- * Overlapping mists add their extinctions. Within an antimatter the materials that it lists are
- * invisible, their media too; the list goes on to say in which objects the point would lie, for the
- * antimatter's far boundary. Of more than PM_MEDIA_MAX nested volumes the innermost do not count.
+ * A path carries the list of volumes that hold its current point. A dielectric displaces the
+ * mists outside it: inside it only what was entered after it counts; leaving it the mists are
+ * back. Overlapping mists add their extinctions. Within an antimatter the materials that it
+ * lists are invisible, their media too; the list goes on to say in which objects the point
+ * would lie, for the antimatter's far boundary. Of more than PM_MEDIA_MAX nested volumes the
+ * innermost do not count.
  *
  * A mist's list of light names is accepted; all lights scatter in every mist. */
 
@@ -35,7 +36,8 @@ void pm_media_at(const pm_world *world, pm_vec3 point, pm_media *out);
 
 /* A path goes through the surface of `hit` along `direction` (refraction and straight passage,
  * not reflection). Surfaces that bound no medium change nothing. */
-void pm_media_cross(pm_media *media, const pm_world *world, const pm_hit *hit, pm_vec3 direction);
+void pm_media_cross(pm_media *media, const pm_world *world, const pm_hit *hit,
+                    pm_vec3 direction);
 
 /* False if nothing attenuates there. */
 bool pm_media_medium(const pm_media *media, const pm_world *world, pm_medium *out);
@@ -43,8 +45,8 @@ bool pm_media_medium(const pm_media *media, const pm_world *world, pm_medium *ou
 /* exp(-extinction * length). Never NaN for any finite extinction and length >= 0. */
 pm_rgb pm_medium_transmittance(const pm_medium *medium, double length);
 
-/* Henyey-Greenstein 1941: density [1/sr] at cos of the scattering angle (1 = straight on), and a
- * direction drawn from it. Test: phase_function_is_normalised. */
+/* Henyey-Greenstein 1941: density [1/sr] at cos of the scattering angle (1 = straight on), and
+ * a direction drawn from it. Test: phase_function_is_normalised. */
 double pm_phase(double g, double cosine);
 pm_vec3 pm_phase_sample(double g, pm_vec3 direction, double u, double v);
 

@@ -58,6 +58,7 @@ typedef struct pm_ray {
     pm_vec3 origin, direction; /* unit direction */
     double t_max;              /* exclusive; INFINITY for none */
     uint32_t from;             /* surface that the origin lies on, or PM_NO_PRIMITIVE */
+    bool weak;                 /* for pm_world_transmittance: towards a glow or an illum (light.h) */
 } pm_ray;
 
 typedef struct pm_hit {

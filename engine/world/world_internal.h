@@ -78,10 +78,10 @@ PM_MUST_USE pm_status pm_lights_build(pm_world *world, pm_error *err);
 void pm_lights_free(struct pm_lights *lights);
 size_t pm_lights_count(const pm_world *world); /* surfaces and distant sources that emit */
 
-/* material.c: the part of the light that goes straight through the surface at a hit for a ray that
- * `media` hold; black for what is opaque, refracting or scattering. A ray that goes on crosses
- * the media there (pm_media_cross). */
-pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, pm_vec3 direction,
+/* surface.c: the part of the light that goes straight through the surface at a hit of a shadow ray
+ * (from the receiver to the light) that `media` hold; black for what is opaque, refracting or
+ * scattering. A ray that goes on crosses the media there (pm_media_cross). */
+pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, const pm_ray *ray,
                             const struct pm_media *media);
 
 /* material.c: for pm_world_info. */

@@ -1,0 +1,393 @@
+#include "world/material.h"
+
+#include "base/maths.h"
+#include "base/warp.h"
+#include "world/media.h"
+
+/* Stands for an infinite extinction: black after any length, and 0 * length = 0. */
+#define BLACK_EXTINCTION 1e300
+
+/* ---- arguments ---- */
+
+static pm_rgb rgb_of(const double *reals)
+{
+    return (pm_rgb){reals[0], reals[1], reals[2]};
+}
+
+/* Extinction that leaves `share` after a unit length (Radiance's dielectric.c, mylog). */
+static double extinction_of(double share, double scale)
+{
+    if (share >= 1)
+        return 0;
+    if (share <= 0)
+        return BLACK_EXTINCTION;
+    return -pm_log(share) * scale;
+}
+
+static void read_plastic(struct pm_material *m, const pm_primitive *p)
+{
+    m->specularity = p->reals[3];
+    m->roughness = p->reals[4];
+    if (p->type == PM_TRANS) {
+        m->transmission = p->reals[5];
+        m->straight_fraction = p->reals[6];
+    }
+    if (m->roughness * m->roughness <= 1e-6) /* normal.c: alpha2 <= FTINY is pure */
+        m->roughness = 0;
+}
+
+static void read_glass(struct pm_material *m, const pm_primitive *p)
+{
+    m->index = p->real_count > 3 ? p->reals[3] : 1.52; /* glass.c, RINDEX */
+}
+
+static void read_dielectric(struct pm_material *m, const pm_primitive *p, double scale)
+{
+    m->color = pm_rgb_grey(1);
+    m->index = p->reals[3] + p->reals[4] / 500; /* dielectric.c, MLAMBDA; no dispersion */
+    m->extinction =
+        (pm_rgb){extinction_of(p->reals[0], scale), extinction_of(p->reals[1], scale),
+                 extinction_of(p->reals[2], scale)};
+}
+
+static void read_mist(struct pm_material *m, const pm_primitive *p, double scale)
+{
+    if (p->real_count > 2)
+        m->extinction = pm_rgb_scale(rgb_of(p->reals), scale);
+    if (p->real_count > 5)
+        m->scattering = pm_rgb_mul(m->extinction, rgb_of(p->reals + 3));
+    if (p->real_count > 6)
+        m->g = p->reals[6];
+}
+
+static void read_spotlight(struct pm_material *m, const pm_primitive *p, double scale)
+{
+    pm_vec3 aim = {p->reals[4], p->reals[5], p->reals[6]};
+    m->aim = pm_vec3_normalize(aim);
+    m->focus = pm_vec3_length(aim) / scale;
+    m->versine = pm_versine(p->reals[3] * (PM_PI / 360));
+}
+
+static void read_reals(struct pm_material *m, const pm_primitive *p, double scale)
+{
+    m->type = p->type;
+    m->alternate = PM_NO_PRIMITIVE;
+    if (p->real_count >= 3)
+        m->color = rgb_of(p->reals);
+    switch (p->type) {
+    case PM_PLASTIC:
+    case PM_METAL:
+    case PM_TRANS:
+        read_plastic(m, p);
+        break;
+    case PM_GLASS:
+        read_glass(m, p);
+        break;
+    case PM_DIELECTRIC:
+        read_dielectric(m, p, scale);
+        break;
+    case PM_MIST:
+        read_mist(m, p, scale);
+        break;
+    case PM_SPOTLIGHT:
+        read_spotlight(m, p, scale);
+        break;
+    case PM_GLOW:
+        m->reach = p->reals[3];
+        break;
+    default:
+        break;
+    }
+}
+
+/* ---- references ---- */
+
+struct compiler {
+    pm_world *world;
+    const pm_scene *scene;
+    const struct pm_material_table *table;
+    pm_error *err;
+};
+
+static pm_status refuse(const struct compiler *c, const pm_primitive *p, const char *what)
+{
+    return pm_error_set_at(c->err, PM_E_UNSUPPORTED, c->scene->files[p->file], p->line,
+                           p->column, "%s '%s' %s", pm_primitive_type_name(p->type), p->name,
+                           what);
+}
+
+static bool is_lamp(pm_primitive_type type)
+{
+    return type == PM_LIGHT || type == PM_GLOW || type == PM_SPOTLIGHT;
+}
+
+/* The material that string argument `i` names, through illums; PM_NO_PRIMITIVE for void. */
+static pm_status find_alternate(const struct compiler *c, const pm_primitive *p, uint32_t i,
+                                uint32_t *out)
+{
+    const pm_primitive *q = p;
+    int32_t reference = p->references[i];
+    while (reference != PM_VOID) {
+        q = &c->scene->primitives[reference];
+        if (q->type != PM_ILLUM)
+            break;
+        reference = q->string_count ? q->references[0] : PM_VOID;
+    }
+    if (reference == PM_VOID) {
+        *out = PM_NO_PRIMITIVE;
+        return PM_OK;
+    }
+    if (is_lamp(q->type) || q->type == PM_ANTIMATTER || pm_primitive_is_surface(q->type))
+        return refuse(c, p,
+                      "names a light, an antimatter or a surface to be shown instead; name a "
+                      "material that does not shine");
+    *out = c->table->of_primitive[reference];
+    return PM_OK;
+}
+
+/* Ascending, without repeats. */
+static uint32_t insert_sorted(uint32_t *list, uint32_t count, uint32_t value)
+{
+    uint32_t at = count;
+    while (at > 0 && list[at - 1] > value)
+        at--;
+    if (at > 0 && list[at - 1] == value)
+        return count;
+    for (uint32_t i = count; i > at; i--)
+        list[i] = list[i - 1];
+    list[at] = value;
+    return count + 1;
+}
+
+static pm_status compile_antimatter(const struct compiler *c, const pm_primitive *p,
+                                    struct pm_material *m)
+{
+    uint32_t *hides = pm_arena_array(&c->world->arena, p->string_count, sizeof *hides);
+    if (!hides)
+        return pm_error_set(c->err, PM_E_MEMORY, "out of memory for materials");
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < p->string_count; i++) {
+        if (p->references[i] == PM_VOID)
+            continue;
+        const pm_primitive *q = &c->scene->primitives[p->references[i]];
+        if (is_lamp(q->type) || q->type == PM_ILLUM || q->type == PM_ANTIMATTER)
+            return refuse(c, p,
+                          "lists a light, an illum or an antimatter; those cannot be cut");
+        uint32_t hidden = c->table->of_primitive[p->references[i]];
+        if (hidden != PM_NO_PRIMITIVE) /* else no surface has it */
+            count = insert_sorted(hides, count, hidden);
+    }
+    m->hides = hides;
+    m->hides_count = count;
+    return find_alternate(c, p, 0, &m->alternate);
+}
+
+static pm_status compile_references(const struct compiler *c, const pm_primitive *p,
+                                    struct pm_material *m)
+{
+    if (p->modifier != PM_VOID)
+        return refuse(c, p, "is modified by another material; its modifier must be void");
+    if (p->type == PM_ANTIMATTER)
+        return compile_antimatter(c, p, m);
+    if ((p->type != PM_ILLUM && p->type != PM_MIRROR) || !p->string_count)
+        return PM_OK;
+    m->has_alternate = true;
+    return find_alternate(c, p, 0, &m->alternate);
+}
+
+/* ---- what a material can do ---- */
+
+static bool bounds_medium(const struct pm_material *m)
+{
+    return m->type == PM_MIST || m->type == PM_DIELECTRIC || m->type == PM_ANTIMATTER;
+}
+
+static void mark_cut_objects(pm_world *world)
+{
+    for (size_t i = 0; i < world->material_count; i++) {
+        const struct pm_material *m = &world->materials[i];
+        if (m->alternate == PM_NO_PRIMITIVE)
+            continue;
+        for (uint32_t k = 0; k < m->hides_count; k++)
+            world->materials[m->hides[k]].bounds_volume = true;
+    }
+}
+
+static void set_scattering(struct pm_material *m)
+{
+    bool colored = !pm_rgb_is_black(m->color);
+    double rest = 1 - m->specularity;
+    switch (m->type) {
+    case PM_PLASTIC:
+        m->specular = m->specularity > 0;
+        m->diffuse = colored && rest > 0;
+        break;
+    case PM_METAL:
+        m->specular = colored && m->specularity > 0;
+        m->diffuse = colored && rest > 0;
+        break;
+    case PM_TRANS:
+        rest *= colored;
+        m->specular = m->specularity > 0 ||
+                      (m->roughness > 0 && rest * m->transmission * m->straight_fraction > 0);
+        m->diffuse = rest * (1 - m->transmission * m->straight_fraction) > 0;
+        m->straight = !(m->roughness > 0) && rest * m->transmission * m->straight_fraction > 0;
+        break;
+    case PM_GLASS:
+        m->specular = true;
+        m->straight = colored;
+        break;
+    case PM_DIELECTRIC:
+        m->specular = true;
+        break;
+    case PM_MIRROR:
+        m->specular = colored;
+        break;
+    case PM_MIST:
+    case PM_ANTIMATTER:
+        m->straight = true;
+        break;
+    default:
+        break;
+    }
+}
+
+/* What stands in for a material can do, it can do. */
+static void add_alternate(const pm_world *world, struct pm_material *m)
+{
+    if (m->alternate == PM_NO_PRIMITIVE) {
+        m->straight = m->straight || m->type == PM_ILLUM || m->has_alternate;
+        return;
+    }
+    const struct pm_material *shown = &world->materials[m->alternate];
+    m->specular = m->specular || shown->specular;
+    m->diffuse = m->diffuse || shown->diffuse;
+    m->straight = m->straight || shown->straight;
+}
+
+static void set_abilities(pm_world *world)
+{
+    for (size_t i = 0; i < world->material_count; i++) {
+        world->materials[i].bounds_volume = bounds_medium(&world->materials[i]);
+        set_scattering(&world->materials[i]);
+    }
+    mark_cut_objects(world);
+    for (size_t i = 0; i < world->material_count; i++) {
+        struct pm_material *m = &world->materials[i];
+        add_alternate(world, m);
+        world->passes_straight = world->passes_straight || m->straight;
+        world->has_media = world->has_media || m->type == PM_MIST || m->type == PM_ANTIMATTER ||
+                           !pm_rgb_is_black(m->extinction);
+    }
+}
+
+/* A cone of directions at infinity, each of them again a cone: nobody can mean that. */
+static pm_status check_sources(const struct compiler *c)
+{
+    for (size_t i = 0; i < c->scene->count; i++) {
+        const pm_primitive *p = &c->scene->primitives[i];
+        if (p->type != PM_SOURCE || p->modifier == PM_VOID)
+            continue;
+        if (c->scene->primitives[p->modifier].type == PM_SPOTLIGHT)
+            return refuse(c, p, "is a spotlight; a distant source takes light, glow or illum");
+    }
+    return PM_OK;
+}
+
+pm_status pm_materials_compile(pm_world *world, const pm_scene *scene,
+                               const struct pm_material_table *table, pm_error *err)
+{
+    struct compiler c = {world, scene, table, err};
+    world->materials = pm_arena_array(&world->arena, table->count, sizeof *world->materials);
+    if (!world->materials)
+        return pm_error_set(err, PM_E_MEMORY, "out of memory for %zu materials", table->count);
+    world->material_count = table->count;
+    pm_status status = check_sources(&c);
+    for (size_t i = 0; i < table->count && !status; i++) {
+        const pm_primitive *p = &scene->primitives[table->primitive[i]];
+        read_reals(&world->materials[i], p, world->scale);
+        status = compile_references(&c, p, &world->materials[i]);
+    }
+    if (!status)
+        set_abilities(world);
+    return status;
+}
+
+/* ---- queries ---- */
+
+bool pm_material_emits(const struct pm_material *m)
+{
+    bool lamp = m->type == PM_LIGHT || m->type == PM_SPOTLIGHT || m->type == PM_ILLUM ||
+                (m->type == PM_GLOW && m->reach >= 0);
+    return lamp && !pm_rgb_is_black(m->color);
+}
+
+bool pm_material_is_specular(const struct pm_material *m)
+{
+    return m->specular;
+}
+
+bool pm_material_is_diffuse(const struct pm_material *m)
+{
+    return m->diffuse;
+}
+
+bool pm_material_is_mist(const struct pm_material *m)
+{
+    return m->type == PM_MIST && !pm_rgb_is_black(m->scattering);
+}
+
+bool pm_material_hides(const struct pm_material *antimatter, uint32_t material)
+{
+    uint32_t low = 0, high = antimatter->hides_count;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (antimatter->hides[middle] < material)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < antimatter->hides_count && antimatter->hides[low] == material;
+}
+
+bool pm_material_is_hidden(const pm_world *world, const pm_media *media, uint32_t material)
+{
+    for (int i = 0; i < media->count; i++)
+        if (pm_material_hides(&world->materials[media->material[i]], material))
+            return true;
+    return false;
+}
+
+/* Whether the walk is inside an object that the antimatter cuts. */
+static bool inside_cut_object(const struct pm_material *antimatter, const pm_media *media)
+{
+    for (int i = 0; i < media->count; i++)
+        if (pm_material_hides(antimatter, media->material[i]))
+            return true;
+    return false;
+}
+
+static const struct pm_material *alternate_of(const pm_world *world,
+                                              const struct pm_material *m)
+{
+    return m->alternate == PM_NO_PRIMITIVE ? NULL : &world->materials[m->alternate];
+}
+
+struct pm_shown pm_material_shown(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
+                                  const pm_media *media, bool seen)
+{
+    const struct pm_material *m = &world->materials[hit->material];
+    struct pm_shown shown = {.material = m};
+    if (media->count && pm_material_is_hidden(world, media, hit->material))
+        shown.material = NULL;
+    else if (m->type == PM_ILLUM)
+        shown.material = alternate_of(world, m);
+    else if (m->type == PM_MIRROR && m->has_alternate &&
+             (seen || pm_vec3_dot(wo, hit->normal) < 0))
+        shown.material = alternate_of(world, m);
+    else if (m->type == PM_ANTIMATTER) {
+        shown.flipped = inside_cut_object(m, media);
+        shown.material = shown.flipped ? alternate_of(world, m) : NULL;
+    }
+    return shown;
+}

@@ -1,0 +1,177 @@
+#include "world/media.h"
+
+#include "base/maths.h"
+#include "base/warp.h"
+#include "world/material.h"
+
+/* ---- the list of volumes ---- */
+
+/* The material whose volume a surface bounds: an illum may stand for a dielectric. */
+static uint32_t volume_of(const pm_world *world, uint32_t material)
+{
+    const struct pm_material *m = &world->materials[material];
+    bool replaced = m->type == PM_ILLUM || m->type == PM_MIRROR;
+    return replaced && m->alternate != PM_NO_PRIMITIVE ? m->alternate : material;
+}
+
+static void enter(pm_media *media, uint32_t material)
+{
+    if (media->count < PM_MEDIA_MAX)
+        media->material[media->count++] = material;
+}
+
+static void leave(pm_media *media, uint32_t material)
+{
+    int i = media->count - 1;
+    while (i >= 0 && media->material[i] != material)
+        i--;
+    if (i < 0)
+        return;
+    for (media->count--; i < media->count; i++)
+        media->material[i] = media->material[i + 1];
+}
+
+void pm_media_cross(pm_media *media, const pm_world *world, const pm_hit *hit,
+                    pm_vec3 direction)
+{
+    if (!world->has_media)
+        return;
+    uint32_t material = volume_of(world, hit->material);
+    if (!world->materials[material].bounds_volume)
+        return;
+    if (pm_vec3_dot(direction, hit->normal) < 0)
+        enter(media, material);
+    else
+        leave(media, material);
+}
+
+/* ---- the volumes at a point ---- */
+
+/* Volumes that a ray leaves without having entered them, the innermost first. */
+static void left_along(const pm_world *world, pm_vec3 point, pm_vec3 direction, pm_media *left)
+{
+    pm_media entered = {0};
+    left->count = 0;
+    pm_ray ray = {point, direction, INFINITY, PM_NO_PRIMITIVE};
+    pm_hit hit;
+    /* a ray meets each shape twice at most: this ends whatever rounding does */
+    for (size_t i = 0; i <= 2 * world->shape_count; i++) {
+        if (!pm_world_intersect(world, &ray, &hit))
+            return;
+        uint32_t material = volume_of(world, hit.material);
+        if (world->materials[material].bounds_volume) {
+            uint16_t before = entered.count;
+            pm_media_cross(&entered, world, &hit, direction);
+            if (pm_vec3_dot(direction, hit.normal) >= 0 && entered.count == before)
+                enter(left, material);
+        }
+        ray.origin = hit.point;
+        ray.from = hit.surface;
+    }
+}
+
+static bool same_volumes(const pm_media *a, const pm_media *b)
+{
+    if (a->count != b->count)
+        return false;
+    for (int i = 0; i < a->count; i++)
+        if (a->material[i] != b->material[i])
+            return false;
+    return true;
+}
+
+void pm_media_at(const pm_world *world, pm_vec3 point, pm_media *out)
+{
+    out->count = 0;
+    if (!world->has_media)
+        return;
+    /* A ray through an edge may count a boundary twice or not at all: two of three odd
+     * directions must agree. */
+    static const pm_vec3 directions[3] = {{.5395104, .3026139, .7857297},
+                                          {-.7317652, .5893411, .3425193},
+                                          {.1948271, -.8615383, -.4688237}};
+    pm_media left[3];
+    int agreed = 0;
+    for (int i = 0; i < 3; i++) {
+        left_along(world, point, pm_vec3_normalize(directions[i]), &left[i]);
+        if (i == 1 && same_volumes(&left[0], &left[1]))
+            break;
+        if (i == 2 && same_volumes(&left[1], &left[2]))
+            agreed = 1;
+    }
+    for (int i = left[agreed].count; i-- > 0;)
+        enter(out, left[agreed].material[i]);
+}
+
+/* ---- what they are together ---- */
+
+/* The first of the volumes that count: the innermost visible dielectric, or all. */
+static int innermost_dielectric(const pm_media *media, const pm_world *world)
+{
+    int i = media->count - 1;
+    while (i > 0 && (world->materials[media->material[i]].type != PM_DIELECTRIC ||
+                     pm_material_is_hidden(world, media, media->material[i])))
+        i--;
+    return i < 0 ? 0 : i;
+}
+
+static double ratio(double part, double whole)
+{
+    return whole > 0 ? part / whole : 0;
+}
+
+bool pm_media_medium(const pm_media *media, const pm_world *world, pm_medium *out)
+{
+    pm_rgb extinction = {0, 0, 0}, scattering = {0, 0, 0};
+    double forward = 0;
+    for (int i = innermost_dielectric(media, world); i < media->count; i++) {
+        const struct pm_material *m = &world->materials[media->material[i]];
+        if (pm_material_is_hidden(world, media, media->material[i]))
+            continue;
+        extinction = pm_rgb_add(extinction, m->extinction);
+        scattering = pm_rgb_add(scattering, m->scattering);
+        forward += m->g * pm_rgb_mean(m->scattering);
+    }
+    *out = (pm_medium){
+        .extinction = extinction,
+        .albedo = {ratio(scattering.r, extinction.r), ratio(scattering.g, extinction.g),
+                   ratio(scattering.b, extinction.b)},
+        .g = ratio(forward, pm_rgb_mean(scattering)),
+    };
+    return !pm_rgb_is_black(extinction);
+}
+
+static double attenuation(double extinction, double length)
+{
+    return extinction > 0 ? pm_exp(-extinction * length) : 1;
+}
+
+pm_rgb pm_medium_transmittance(const pm_medium *medium, double length)
+{
+    return (pm_rgb){attenuation(medium->extinction.r, length),
+                    attenuation(medium->extinction.g, length),
+                    attenuation(medium->extinction.b, length)};
+}
+
+/* ---- phase function: Henyey and Greenstein, Astrophys. J. 93, 1941, eq. 2 ---- */
+
+double pm_phase(double g, double cosine)
+{
+    double square = (1 - g) * (1 - g) + 2 * g * (1 - cosine);
+    return (1 - g) * (1 + g) / (4 * PM_PI * square * sqrt(square));
+}
+
+/* The inverse of the cumulative distribution, with s = 2 u - 1:
+ * 1 - cos = (1 - g)^2 (1 - s) (2 + g (1 + s)) / (2 (1 + g s)^2). No term cancels, at g = 0 or
+ * near 1. */
+pm_vec3 pm_phase_sample(double g, pm_vec3 direction, double u, double v)
+{
+    double s = 2 * u - 1, spread = (1 - g) / (1 + g * s);
+    double versine = spread * spread * (1 - u) * (2 + g * (1 + s));
+    versine = fmin(versine, 2);
+    double sine, cosine, radius = sqrt(versine * (2 - versine));
+    pm_sincos(2 * PM_PI * v, &sine, &cosine);
+    pm_frame frame = pm_frame_make(direction);
+    pm_vec3 local = {radius * cosine, radius * sine, 1 - versine};
+    return pm_vec3_normalize(pm_frame_to_world(&frame, local));
+}
