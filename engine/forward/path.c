@@ -186,12 +186,6 @@ static double draw_free_path(struct walk *walk, const pm_medium *medium)
     return extinction > 0 ? depth / extinction : INFINITY;
 }
 
-/* exp(-extinction length), also for an infinite length. */
-static double transmittance(double extinction, double length)
-{
-    return extinction > 0 ? pm_exp(-extinction * length) : 1;
-}
-
 /* Weighs the flux after a free path of `length` that ended in a collision or not: one-sample
  * multiple importance sampling by the balance heuristic over the channels (Veach 1997,
  * eq. 9.15). With channels picked in proportion to their flux the sum of the three stays what
@@ -199,11 +193,9 @@ static double transmittance(double extinction, double length)
 static void weigh_free_path(struct walk *walk, const pm_medium *medium, double length,
                             bool collided)
 {
-    pm_rgb s = medium->extinction, flux = walk->flux;
-    pm_rgb value = {transmittance(s.r, length), transmittance(s.g, length),
-                    transmittance(s.b, length)};
+    pm_rgb flux = walk->flux, value = pm_medium_transmittance(medium, length);
     if (collided)
-        value = pm_rgb_mul(value, s);
+        value = pm_rgb_mul(value, medium->extinction);
     pm_rgb arriving = pm_rgb_mul(flux, value);
     double density = (arriving.r + arriving.g + arriving.b) / (flux.r + flux.g + flux.b);
     walk->flux = pm_rgb_scale(arriving, 1 / density);
@@ -212,10 +204,7 @@ static void weigh_free_path(struct walk *walk, const pm_medium *medium, double l
 /* A medium that only absorbs. False if the path ends in it. */
 static bool attenuate(struct walk *walk, const pm_medium *medium, double length)
 {
-    pm_rgb s = medium->extinction;
-    pm_rgb share = {transmittance(s.r, length), transmittance(s.g, length),
-                    transmittance(s.b, length)};
-    pm_rgb flux = pm_rgb_mul(walk->flux, share);
+    pm_rgb flux = pm_rgb_mul(walk->flux, pm_medium_transmittance(medium, length));
     add_to(&walk->recorder->absorbed, pm_rgb_sub(walk->flux, flux));
     return survives(walk, flux);
 }
