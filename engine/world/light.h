@@ -10,7 +10,7 @@
  * An illum stands for all light that leaves through its front, but for light that comes straight from
  * a light or spotlight (Radiance's illumblock and badcomponent in source.c). So weak light, from
  * a glow or an illum or after any event, ends where it would leave an illum through its front:
- * forward walks and gather rays ask pm_light_stands_in, shadow rays carry pm_ray.weak. */
+ * forward walks and gather rays ask pm_light_stands_in, shadow rays tell pm_world_transmittance. */
 
 /* A photon leaving a light. */
 typedef struct pm_emission {
@@ -41,7 +41,7 @@ typedef struct pm_light_sample {
     pm_rgb radiance; /* that the light sends to the point if nothing stands between */
     double pdf;      /* [1/sr], choice of the light included */
     uint32_t surface;/* the light's surface, or PM_NO_PRIMITIVE */
-    bool weak;       /* a glow or an illum: goes into pm_ray.weak */
+    bool weak;       /* a glow or an illum: for pm_world_transmittance */
     bool hidden;     /* an illum: no bounce can hit it, so multiple importance sampling gives it 1 */
 } pm_light_sample;
 

@@ -114,13 +114,13 @@ void pm_surface_seen_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
     surface_at(world, hit, wo, media, true, out);
 }
 
-pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, const pm_ray *ray,
-                            const pm_media *media)
+pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, pm_vec3 direction,
+                            const pm_media *media, bool weak)
 {
+    pm_vec3 wo = pm_vec3_negate(direction);
     if (!media->count && !world->materials[hit->material].straight)
         return pm_rgb_grey(0);
-    pm_vec3 wo = pm_vec3_negate(ray->direction);
-    if (ray->weak && pm_light_stands_in(world, hit, wo))
+    if (weak && pm_light_stands_in(world, hit, wo))
         return pm_rgb_grey(0);
     pm_surface surface;
     surface_at(world, hit, wo, media, false, &surface);

@@ -58,7 +58,6 @@ typedef struct pm_ray {
     pm_vec3 origin, direction; /* unit direction */
     double t_max;              /* exclusive; INFINITY for none */
     uint32_t from;             /* surface that the origin lies on, or PM_NO_PRIMITIVE */
-    bool weak;                 /* for pm_world_transmittance: towards a glow or an illum (light.h) */
 } pm_ray;
 
 typedef struct pm_hit {
@@ -77,10 +76,11 @@ bool pm_world_intersect(const pm_world *world, const pm_ray *ray, pm_hit *hit);
 /* The share of light that passes straight from the origin to t_max: 0 behind anything opaque,
  * specular or scattering; the product of transmittances through thin glass, smooth trans's
  * straight part, antimatter and invisible illum, and of exp(-extinction * length) through media, of
- * which `media` says which ones hold the origin. */
+ * which `media` says which ones hold the origin.
+ *   weak  the ray looks for weak light, which an illum stands for (light.h) */
 struct pm_media;
 pm_rgb pm_world_transmittance(const pm_world *world, const pm_ray *ray,
-                              const struct pm_media *media);
+                              const struct pm_media *media, bool weak);
 
 /* A stable 32-byte name of a surface; for options that name surfaces. */
 const pm_digest *pm_world_surface_digest(const pm_world *world, uint32_t surface);

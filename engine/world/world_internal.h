@@ -81,8 +81,8 @@ size_t pm_lights_count(const pm_world *world); /* surfaces and distant sources t
 /* surface.c: the part of the light that goes straight through the surface at a hit of a shadow ray
  * (from the receiver to the light) that `media` hold; black for what is opaque, refracting or
  * scattering. A ray that goes on crosses the media there (pm_media_cross). */
-pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, const pm_ray *ray,
-                            const struct pm_media *media);
+pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, pm_vec3 direction,
+                            const struct pm_media *media, bool weak);
 
 /* material.c: for pm_world_info. */
 bool pm_material_is_specular(const struct pm_material *material);
