@@ -16,25 +16,26 @@
  *
  * In: world and maps. Out: pictures or values at points. Next: image/image.h.
  *
- * Works in passes. Pass j takes one sample a pixel or sensor, belongs to replicate j mod 16, and adds
- * to that replicate's sums; the answer is their mean, the interval comes from the replicate means.
- * Values do not depend on threads or on the order of pixels. */
+ * Works in passes. Pass j takes one sample a pixel or sensor, belongs to replicate j mod 16,
+ * and adds to that replicate's sums; the answer is their mean, the interval comes from the
+ * replicate means. Values do not depend on threads or on the order of pixels. */
 
 /* What the maps are and how they are looked up during a pass. Absent maps are NULL. */
 typedef struct pm_backward_maps {
     const pm_photon_map *map[PM_MAP_KINDS];
     uint32_t gather_count[PM_MAP_KINDS]; /* N-nearest, if radius is 0 */
-    double radius[PM_MAP_KINDS];         /* fixed radius [world units], if > 0. Progressive passes: the
-                                            global map serves both, its specular photons with the radius
-                                            of PM_MAP_CAUSTIC (0: it holds none); with -ab 0 there
-                                            is a caustic map instead of a global one */
-    bool progressive;                    /* the maps are those of one progressive pass */
-    int ambient_bounces;                 /* -ab; see the table in plan/plan.h */
+    double radius[PM_MAP_KINDS]; /* fixed radius [world units], if > 0. Progressive passes: the
+                                    global map serves both, its specular photons with the radius
+                                    of PM_MAP_CAUSTIC (0: it holds none); with -ab 0 there
+                                    is a caustic map instead of a global one */
+    bool progressive;            /* the maps are those of one progressive pass */
+    int ambient_bounces;         /* -ab; see the table in plan/plan.h */
 } pm_backward_maps;
 
 typedef struct pm_sensor {
-    pm_vec3 point;  /* scene units */
-    pm_vec3 normal; /* irradiance: facing direction; radiance: ray direction. Need not be unit */
+    pm_vec3 point; /* scene units */
+    pm_vec3
+        normal; /* irradiance: facing direction; radiance: ray direction. Need not be unit */
 } pm_sensor;
 
 typedef enum pm_quantity {
@@ -46,16 +47,17 @@ typedef enum pm_quantity {
 typedef struct pm_accumulation pm_accumulation;
 
 PM_MUST_USE pm_status pm_accumulation_for_picture(const pm_world *world, const pm_view *view,
-                                                  uint32_t width, uint32_t height, uint64_t seed,
-                                                  pm_accumulation **out, pm_error *err);
-PM_MUST_USE pm_status pm_accumulation_for_sensors(const pm_world *world, const pm_sensor *sensors,
-                                                  size_t count, pm_quantity quantity,
+                                                  uint32_t width, uint32_t height,
                                                   uint64_t seed, pm_accumulation **out,
                                                   pm_error *err);
+PM_MUST_USE pm_status pm_accumulation_for_sensors(const pm_world *world,
+                                                  const pm_sensor *sensors, size_t count,
+                                                  pm_quantity quantity, uint64_t seed,
+                                                  pm_accumulation **out, pm_error *err);
 void pm_accumulation_free(pm_accumulation *accumulation);
 
-/* Adds pass number `pass` (each number once, ascending). PM_E_CANCELLED leaves the sums as they were
- * before this pass. */
+/* Adds pass number `pass` (each number once, ascending). PM_E_CANCELLED leaves the sums as they
+ * were before this pass. */
 PM_MUST_USE pm_status pm_backward_pass(pm_accumulation *accumulation, uint32_t pass,
                                        const pm_backward_maps *maps, pm_pool *pool,
                                        bool (*cancelled)(void *), void *context, pm_error *err);
@@ -66,19 +68,20 @@ size_t pm_accumulation_count(const pm_accumulation *accumulation); /* pixels or 
 /* The mean so far, [count][3]; rows from the top. */
 void pm_accumulation_mean(const pm_accumulation *accumulation, float *out);
 
-/* Half-width of the 95 % interval of each value [count][3], from the replicate means by Student's t and, for
- * N-nearest maps, from the photons' own scatter. Infinity with fewer than two passes of evidence. */
+/* Half-width of the 95 % interval of each value [count][3], from the replicate means by
+ * Student's t and, for N-nearest maps, from the photons' own scatter. Infinity with fewer than
+ * two passes of evidence. */
 void pm_accumulation_half_width(const pm_accumulation *accumulation, float *out);
 
-/* Estimated relative error of the whole: sqrt(mean of the squared standard errors) / mean value. Infinity while
- * unknown, 0 only if every value is exactly known to be dark. */
+/* Estimated relative error of the whole: sqrt(mean of the squared standard errors) / mean
+ * value. Infinity while unknown, 0 only if every value is exactly known to be dark. */
 double pm_accumulation_error(const pm_accumulation *accumulation);
 
 /* Non-finite samples met so far: 0 in a healthy run. They are counted, not added. */
 uint64_t pm_accumulation_nonfinite(const pm_accumulation *accumulation);
 
-/* Radius of progressive pass `pass` [world units], after Knaus and Zwicker 2011, eq. 20 (surfaces):
- * r_j^2 = r_1^2 prod_{k<j} (k + alpha) / (k + 1), alpha = 2/3. */
+/* Radius of progressive pass `pass` [world units], after Knaus and Zwicker 2011, eq. 20
+ * (surfaces): r_j^2 = r_1^2 prod_{k<j} (k + alpha) / (k + 1), alpha = 2/3. */
 double pm_progressive_radius(double first_radius, uint32_t pass);
 
 #endif

@@ -200,8 +200,7 @@ pm_status pm_view_parse(const char *text, const char *name, pm_view *view, pm_er
 
 /* ---- checking and writing ---- */
 
-/* The unit vector along v, whatever its length; zero for zero. */
-static pm_vec3 unit_of(pm_vec3 v)
+pm_vec3 pm_view_unit(pm_vec3 v)
 {
     double greatest = fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
     if (!(greatest > 0))
@@ -229,7 +228,7 @@ pm_status pm_view_check(const pm_view *view, pm_error *err)
     if (!pm_vec3_finite(view->point) || !pm_vec3_finite(view->direction) ||
         !pm_vec3_finite(view->up))
         return pm_error_set(err, PM_E_RANGE, "the view has a number that is not finite");
-    pm_vec3 direction = unit_of(view->direction), up = unit_of(view->up);
+    pm_vec3 direction = pm_view_unit(view->direction), up = pm_view_unit(view->up);
     if (pm_vec3_length(direction) == 0)
         return pm_error_set(err, PM_E_RANGE, "the view direction (-vd) is zero");
     if (pm_vec3_length(up) == 0)

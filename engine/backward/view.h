@@ -28,6 +28,9 @@ PM_MUST_USE pm_status pm_view_parse(const char *text, const char *name, pm_view 
  * angles). */
 PM_MUST_USE pm_status pm_view_check(const pm_view *view, pm_error *err);
 
+/* The unit vector along v, whatever its length; zero for zero. */
+pm_vec3 pm_view_unit(pm_vec3 v);
+
 /* "-vtv -vp x y z -vd ... -vh h -vv v", for picture headers. */
 void pm_view_format(const pm_view *view, char *out, size_t size);
 

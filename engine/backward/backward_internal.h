@@ -1,0 +1,213 @@
+#ifndef PM_BACKWARD_INTERNAL_H
+#define PM_BACKWARD_INTERNAL_H
+
+#include <math.h>
+
+#include "backward/backward.h"
+#include "base/rng.h"
+#include "world/light.h"
+#include "world/media.h"
+#include "world/surface.h"
+
+/* What the files of this folder share. Nothing outside it includes this header.
+ *
+ * Reading order: camera.c (a pixel's ray) -> walk.c (from vertex to vertex) -> at each vertex
+ * direct.c (next event), lookup.c (photon maps), gather.c (final gather), inscatter.c (media on
+ * the way) -> sensor.c (walks for a sensor) -> pass.c (all pixels once) -> accumulate.c,
+ * interval.c (sums, errors). */
+
+/* ---- samples ---- */
+
+/* The numbers of one sample of one pixel or sensor. The first draws of each use come from its
+ * Owen-scrambled Sobol sequence, all others from Philox. */
+struct pm_sampler {
+    uint32_t index, scramble; /* of the Sobol sequence */
+    unsigned used;            /* bit (1 << use) set once its Sobol numbers are handed out */
+    pm_rng rng;
+};
+
+enum pm_sample_use {
+    PM_SAMPLE_LENS,   /* two: place in the pixel */
+    PM_SAMPLE_LIGHT,  /* three: which light, where on it */
+    PM_SAMPLE_GATHER, /* two: direction of the gather ray */
+    PM_SAMPLE_LOBE,   /* three: which lobe, and (Philox) its direction */
+};
+
+void pm_sampler_init(struct pm_sampler *sampler, uint64_t seed, uint32_t pass, uint32_t item);
+void pm_sampler_draw(struct pm_sampler *sampler, enum pm_sample_use use, double u[3]);
+
+/* ---- camera.c ---- */
+
+struct pm_camera {
+    pm_vec3 origin; /* world coordinates */
+    pm_vec3 forward, right,
+        up; /* right and up reach from the middle of the picture to its edge */
+    uint32_t width, height;
+    pm_media media; /* that hold the origin */
+};
+
+void pm_camera_init(struct pm_camera *camera, const pm_world *world, const pm_view *view,
+                    uint32_t width, uint32_t height);
+pm_ray pm_camera_ray(const struct pm_camera *camera, uint32_t pixel, const double u[2]);
+
+/* ---- one pass ---- */
+
+/* One question to a photon map. */
+struct pm_lookup {
+    const pm_photon_map *map;
+    double radius; /* > 0, or the nearest: */
+    uint32_t gather_count;
+    pm_photon_filter filter;
+};
+
+/* What stands at a diffuse vertex decides which photons count there: the table in plan/plan.h.
+ */
+enum pm_vertex {
+    PM_VERTEX_EYE,    /* the eye's first diffuse surface */
+    PM_VERTEX_GATHER, /* the end of a gather ray */
+    PM_VERTEX_SENSOR, /* the end of a ray from a sensor in free space */
+    PM_VERTEX_KINDS,
+};
+
+struct pm_vertex_rule {
+    struct pm_lookup lookups[2];
+    int lookup_count;
+    bool gather;           /* sends a gather ray */
+    bool through_specular; /* walks that end at such vertices go through specular surfaces */
+    bool after_specular;   /* such vertices count only behind a specular surface */
+};
+
+/* Constant during a pass and shared between threads. */
+struct pm_pass {
+    const pm_world *world;
+    struct pm_vertex_rule rules[PM_VERTEX_KINDS];
+    struct pm_lookup volume; /* map NULL: none */
+    bool shared;             /* other passes look at the same photons */
+    double fresnel_share;    /* mean of 1 - F under even light, for pm_surface.fresnel */
+};
+
+/* Chooses the rules of a pass. PM_E_RANGE for a map without radius or count. */
+PM_MUST_USE pm_status pm_pass_init(struct pm_pass *pass, const pm_world *world,
+                                   const pm_backward_maps *maps, pm_error *err);
+
+/* One sample's value. */
+struct pm_value {
+    pm_rgb radiance; /* [W/(m^2 sr)]; of irradiance sensors the irradiance */
+    pm_rgb variance; /* of it, from the scatter of the photons that all passes share */
+};
+
+/* ---- walk.c ---- */
+
+/* How the emission of the next surface counts. */
+enum pm_emission_rule {
+    PM_EMISSION_SEEN,     /* in full, the eye looks at it */
+    PM_EMISSION_FULL,     /* in full, behind a delta lobe */
+    PM_EMISSION_WEIGHTED, /* behind a glossy lobe: multiple importance sampling with next event
+                           */
+    PM_EMISSION_NONE,     /* next event at the last vertex has it */
+};
+
+/* A walk on its way. */
+struct pm_walk {
+    pm_ray ray;
+    pm_media media; /* that hold the ray's origin */
+    pm_rgb throughput;
+    enum pm_vertex vertex; /* what its diffuse vertices are */
+    enum pm_emission_rule emission;
+    bool seen;       /* from the eye through specular and straight events only */
+    bool specular;   /* met a specular or glossy event */
+    pm_vec3 bend;    /* where the last event was */
+    double bend_pdf; /* [1/sr] of a glossy one */
+    double length;   /* since the last event */
+    unsigned bounces;
+};
+
+/* Walks to the end; adds throughput times what is met. */
+void pm_walk_run(const struct pm_pass *pass, struct pm_walk *walk, struct pm_sampler *sampler,
+                 struct pm_value *value);
+
+/* A diffuse or glossy vertex of a walk. */
+struct pm_spot {
+    const pm_surface *surface;
+    const pm_hit *hit;     /* NULL: a sensor in free space, which bounds no medium */
+    const pm_media *media; /* on wo's side */
+    pm_vec3 point;
+    uint32_t from; /* surface or PM_NO_PRIMITIVE */
+};
+
+/* ---- what light a vertex has ---- */
+
+/* direct.c: radiance towards wo by one next event; the glossy part weighted against sampling
+ * its lobe with `throughput`. `lobes` are those that next event stands for. */
+enum { PM_DIRECT_DIFFUSE = 1, PM_DIRECT_GLOSSY = 2 };
+pm_rgb pm_direct_light(const struct pm_pass *pass, const struct pm_spot *spot,
+                       pm_rgb throughput, unsigned lobes, struct pm_sampler *sampler);
+
+/* lookup.c: radiance towards wo of the vertex's photons, times throughput, added to `value`. */
+void pm_lookup_surface(const struct pm_pass *pass, const struct pm_spot *spot,
+                       pm_rgb throughput, enum pm_vertex vertex, struct pm_value *value);
+
+/* gather.c: the same by one gather ray, whose diffuse vertices are of kind `end`. */
+void pm_gather(const struct pm_pass *pass, const struct pm_spot *spot, pm_rgb throughput,
+               enum pm_vertex end, struct pm_sampler *sampler, struct pm_value *value);
+
+/* The media on the far side of a spot, for light that goes through it towards `direction`. */
+pm_media pm_spot_media(const struct pm_pass *pass, const struct pm_spot *spot,
+                       pm_vec3 direction);
+
+/* inscatter.c: adds what a medium scatters towards the walk on the next `length` of its ray
+ * (INFINITY allowed), and attenuates its throughput. */
+void pm_inscatter(const struct pm_pass *pass, struct pm_walk *walk, double length,
+                  struct pm_sampler *sampler, struct pm_value *value);
+
+/* ---- sensor.c ---- */
+
+/* A sensor in world coordinates, unit direction. */
+struct pm_probe {
+    pm_vec3 point, normal;
+};
+
+void pm_probe_irradiance(const struct pm_pass *pass, const struct pm_probe *probe,
+                         struct pm_sampler *sampler, struct pm_value *value);
+void pm_probe_radiance(const struct pm_pass *pass, const struct pm_probe *probe,
+                       struct pm_sampler *sampler, struct pm_value *value);
+
+/* ---- accumulate.c ---- */
+
+struct pm_accumulation {
+    const pm_world *world;
+    uint64_t seed;
+    size_t count; /* pixels or sensors */
+    struct pm_camera camera;
+    struct pm_probe *probes; /* NULL: a picture */
+    pm_quantity quantity;
+    bool lit; /* the world has lights */
+
+    uint32_t passes, next_pass;
+    uint32_t replicate_passes[PM_REPLICATES];
+    double *sums;      /* [PM_REPLICATES][count][3] */
+    double *deviation; /* [count][3]: sums of the samples' standard deviations from shared
+                          photons */
+    uint64_t nonfinite;
+    struct pm_value *values; /* [count], of the pass under way */
+};
+
+/* Adds `values` as pass `pass`. */
+void pm_accumulation_add(pm_accumulation *accumulation, uint32_t pass);
+
+/* ---- interval.c ---- */
+
+/* Mean and squared standard error from sums of replicates that have unequal numbers of passes;
+ * the error is infinite with fewer than two replicates that have any.
+ *   sum, passes  [PM_REPLICATES] */
+struct pm_interval {
+    double mean, variance;
+    unsigned freedom; /* degrees of freedom of Student's t */
+};
+struct pm_interval pm_interval_of(const double sum[PM_REPLICATES],
+                                  const uint32_t passes[PM_REPLICATES]);
+
+/* Quantile .975 of Student's t; freedom 1 .. PM_REPLICATES - 1. */
+double pm_student_quantile(unsigned freedom);
+
+#endif

@@ -1,0 +1,56 @@
+#include "backward/backward_internal.h"
+
+pm_media pm_spot_media(const struct pm_pass *pass, const struct pm_spot *spot,
+                       pm_vec3 direction)
+{
+    pm_media media = *spot->media;
+    if (spot->hit && pm_vec3_dot(direction, spot->surface->normal) < 0)
+        pm_media_cross(&media, pass->world, spot->hit, direction);
+    return media;
+}
+
+/* Power heuristic with exponent 2 (Veach 1997, eq. 9.13), `pdf` against `other`. */
+static double power_weight(double pdf, double other)
+{
+    double ratio = other / pdf;
+    return 1 / (1 + ratio * ratio);
+}
+
+/* f |cos| of the lobes asked for, the glossy one weighted. A glossy bounce cannot hit a hidden
+ * light, so there next event has all of it. */
+static pm_rgb scattered(const struct pm_spot *spot, pm_rgb throughput, unsigned lobes,
+                        const pm_light_sample *light)
+{
+    pm_rgb f = {0, 0, 0};
+    if (lobes & PM_DIRECT_DIFFUSE)
+        f = pm_surface_diffuse(spot->surface, light->wi);
+    if (!(lobes & PM_DIRECT_GLOSSY))
+        return f;
+    double weight = 1;
+    if (!light->hidden)
+        weight = power_weight(light->pdf,
+                              pm_surface_glossy_pdf(spot->surface, throughput, light->wi));
+    return pm_rgb_madd(f, weight, pm_surface_glossy(spot->surface, light->wi));
+}
+
+pm_rgb pm_direct_light(const struct pm_pass *pass, const struct pm_spot *spot,
+                       pm_rgb throughput, unsigned lobes, struct pm_sampler *sampler)
+{
+    const pm_rgb black = {0, 0, 0};
+    double u[3];
+    pm_light_sample light;
+    pm_sampler_draw(sampler, PM_SAMPLE_LIGHT, u);
+    if (!pm_light_sample_at(pass->world, spot->point, u, &light))
+        return black;
+    pm_rgb f = scattered(spot, throughput, lobes, &light);
+    f = pm_rgb_scale(pm_rgb_mul(f, light.radiance), 1 / light.pdf);
+    if (pm_rgb_is_black(f))
+        return black;
+    pm_ray ray = {.origin = spot->point,
+                  .direction = light.wi,
+                  .t_max = light.distance,
+                  .from = spot->from,
+                  .weak = light.weak};
+    pm_media media = pm_spot_media(pass, spot, light.wi);
+    return pm_rgb_mul(f, pm_world_transmittance(pass->world, &ray, &media));
+}

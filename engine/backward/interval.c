@@ -1,0 +1,110 @@
+#include <assert.h>
+
+#include "backward/backward_internal.h"
+
+double pm_student_quantile(unsigned freedom)
+{
+    /* Abramowitz and Stegun 1964, table 26.10. */
+    static const double quantiles[PM_REPLICATES - 1] = {12.706, 4.303, 3.182, 2.776, 2.571,
+                                                        2.447,  2.365, 2.306, 2.262, 2.228,
+                                                        2.201,  2.179, 2.160, 2.145, 2.131};
+    assert(freedom >= 1 && freedom < PM_REPLICATES);
+    return quantiles[freedom - 1];
+}
+
+/* A replicate mean of n passes has a variance in proportion to 1 / n. So with weights n the
+ * estimate of the variance of the common mean is sum n (m - M)^2 / ((R - 1) sum n) (Cochran,
+ * Sampling Techniques, 1977, 5.3: strata in proportion). */
+struct pm_interval pm_interval_of(const double sum[PM_REPLICATES],
+                                  const uint32_t passes[PM_REPLICATES])
+{
+    double total = 0, weight = 0, scatter = 0;
+    unsigned replicates = 0;
+    for (int r = 0; r < PM_REPLICATES; r++) {
+        total += sum[r];
+        weight += passes[r];
+        replicates += passes[r] > 0;
+    }
+    double mean = weight > 0 ? total / weight : 0;
+    if (replicates < 2)
+        return (struct pm_interval){mean, INFINITY, 1};
+    for (int r = 0; r < PM_REPLICATES; r++) {
+        double off = passes[r] ? sum[r] / passes[r] - mean : 0;
+        scatter += passes[r] * off * off;
+    }
+    return (struct pm_interval){mean, scatter / ((replicates - 1) * weight), replicates - 1};
+}
+
+static struct pm_interval interval_at(const pm_accumulation *a, size_t i)
+{
+    double sum[PM_REPLICATES];
+    for (size_t r = 0; r < PM_REPLICATES; r++)
+        sum[r] = a->sums[r * 3 * a->count + i];
+    return pm_interval_of(sum, a->replicate_passes);
+}
+
+/* Squared standard error from photons that all passes share. Their noise is the same in each,
+ * so deviations add up, not variances. */
+static double shared_variance(const pm_accumulation *a, size_t i)
+{
+    double deviation = a->passes ? a->deviation[i] / a->passes : 0;
+    return deviation * deviation;
+}
+
+void pm_accumulation_mean(const pm_accumulation *accumulation, float *out)
+{
+    for (size_t i = 0; i < 3 * accumulation->count; i++)
+        out[i] = (float)interval_at(accumulation, i).mean;
+}
+
+/* The rule of three: what n samples never showed is, at 95 %, rarer than 3 / n. Its size is
+ * unknown; the greatest value of that channel elsewhere stands for it. */
+static double unseen_bound(const pm_accumulation *a, double greatest)
+{
+    if (!a->lit)
+        return 0;
+    return greatest > 0 ? fmin(1, 3.0 / a->passes) * greatest : INFINITY;
+}
+
+void pm_accumulation_half_width(const pm_accumulation *accumulation, float *out)
+{
+    const double normal_quantile = 1.960;
+    double greatest[3] = {0};
+    size_t values = 3 * accumulation->count;
+    for (size_t i = 0; i < values; i++)
+        greatest[i % 3] = fmax(greatest[i % 3], interval_at(accumulation, i).mean);
+    for (size_t i = 0; i < values; i++) {
+        struct pm_interval interval = interval_at(accumulation, i);
+        double student = pm_student_quantile(interval.freedom);
+        double shared = shared_variance(accumulation, i);
+        double square =
+            student * student * interval.variance + normal_quantile * normal_quantile * shared;
+        bool unseen = interval.mean == 0 && square == 0;
+        out[i] = (float)(unseen ? unseen_bound(accumulation, greatest[i % 3]) : sqrt(square));
+    }
+}
+
+double pm_accumulation_error(const pm_accumulation *accumulation)
+{
+    double squares = 0, sum = 0;
+    size_t values = 3 * accumulation->count;
+    for (size_t i = 0; i < values; i++) {
+        struct pm_interval interval = interval_at(accumulation, i);
+        squares += interval.variance + shared_variance(accumulation, i);
+        sum += interval.mean;
+    }
+    if (!isfinite(squares))
+        return INFINITY;
+    if (sum == 0)
+        return accumulation->lit ? INFINITY : 0;
+    return sqrt(squares / (double)values) / (sum / (double)values);
+}
+
+double pm_progressive_radius(double first_radius, uint32_t pass)
+{
+    const double alpha = 2.0 / 3;
+    double square = first_radius * first_radius;
+    for (uint32_t k = 1; k <= pass; k++)
+        square *= (k + alpha) / (k + 1.0);
+    return sqrt(square);
+}

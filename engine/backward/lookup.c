@@ -1,0 +1,141 @@
+#include "backward/backward_internal.h"
+#include "base/maths.h"
+#include "world/fresnel.h"
+
+/* ---- which maps count where ---- */
+
+static bool is_valid(const pm_backward_maps *maps, pm_map_kind kind)
+{
+    double radius = maps->radius[kind];
+    return !maps->map[kind] || !pm_photon_map_count(maps->map[kind]) ||
+           (radius > 0 && isfinite(radius)) || (radius == 0 && maps->gather_count[kind] > 0);
+}
+
+static struct pm_lookup make_lookup(const pm_backward_maps *maps, pm_map_kind held,
+                                    pm_map_kind kind, pm_photon_filter filter)
+{
+    return (struct pm_lookup){.map = maps->map[held],
+                              .radius = maps->radius[kind],
+                              .gather_count = maps->gather_count[kind],
+                              .filter = filter};
+}
+
+static void add_lookup(struct pm_vertex_rule *rule, struct pm_lookup lookup)
+{
+    if (lookup.map && pm_photon_map_count(lookup.map))
+        rule->lookups[rule->lookup_count++] = lookup;
+}
+
+/* Paths whose last event was specular: the caustic map, or in a progressive pass their share of
+ * the global map. */
+static void add_caustics(struct pm_vertex_rule *rule, const pm_backward_maps *maps)
+{
+    if (maps->map[PM_MAP_CAUSTIC])
+        add_lookup(rule, make_lookup(maps, PM_MAP_CAUSTIC, PM_MAP_CAUSTIC, PM_PHOTONS_ALL));
+    else if (maps->progressive)
+        add_lookup(rule, make_lookup(maps, PM_MAP_GLOBAL, PM_MAP_CAUSTIC, PM_PHOTONS_SPECULAR));
+}
+
+/* All indirect light, the caustics from their own map if there is one. */
+static void add_indirect(struct pm_vertex_rule *rule, const pm_backward_maps *maps)
+{
+    bool apart = maps->map[PM_MAP_CAUSTIC] || maps->progressive;
+    add_lookup(rule, make_lookup(maps, PM_MAP_GLOBAL, PM_MAP_GLOBAL,
+                                 apart ? PM_PHOTONS_NOT_SPECULAR : PM_PHOTONS_ALL));
+    if (apart)
+        add_caustics(rule, maps);
+}
+
+/* Mean of 1 - F over even light: the integral of 2 c (1 - F(c)) from 0 to 1. */
+static double even_share(void)
+{
+    enum { STEPS = 256 };
+    double sum = 0;
+    for (int i = 0; i < STEPS; i++) {
+        double cosine = (i + .5) / STEPS;
+        sum += 2 * cosine * (1 - pm_fresnel_estimate(cosine)) / STEPS;
+    }
+    return sum;
+}
+
+pm_status pm_pass_init(struct pm_pass *pass, const pm_world *world,
+                       const pm_backward_maps *maps, pm_error *err)
+{
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        if (!is_valid(maps, (pm_map_kind)kind))
+            return pm_error_set(err, PM_E_RANGE,
+                                "the %s map has neither a radius nor a number of "
+                                "photons to look for",
+                                pm_map_kind_name((pm_map_kind)kind));
+    *pass = (struct pm_pass){
+        .world = world, .shared = !maps->progressive, .fresnel_share = even_share()};
+    struct pm_vertex_rule *eye = &pass->rules[PM_VERTEX_EYE];
+    struct pm_vertex_rule *gather = &pass->rules[PM_VERTEX_GATHER];
+    struct pm_vertex_rule *sensor = &pass->rules[PM_VERTEX_SENSOR];
+    eye->gather = maps->ambient_bounces > 0 && !maps->progressive;
+    eye->through_specular = true;
+    if (maps->ambient_bounces == 0 || eye->gather)
+        add_caustics(eye, maps);
+    else
+        add_indirect(eye, maps);
+    add_lookup(gather, make_lookup(maps, PM_MAP_GLOBAL, PM_MAP_GLOBAL, PM_PHOTONS_ALL));
+    gather->through_specular = !maps->map[PM_MAP_CAUSTIC];
+    add_indirect(sensor, maps);
+    sensor->through_specular = true;
+    sensor->after_specular = maps->ambient_bounces == 0;
+    if (maps->map[PM_MAP_VOLUME] && pm_photon_map_count(maps->map[PM_MAP_VOLUME]))
+        pass->volume = make_lookup(maps, PM_MAP_VOLUME, PM_MAP_VOLUME, PM_PHOTONS_ALL);
+    return PM_OK;
+}
+
+/* ---- asking them ---- */
+
+static pm_estimate ask(const struct pm_lookup *lookup, pm_vec3 point, pm_vec3 normal)
+{
+    if (lookup->radius > 0)
+        return pm_photon_map_within(lookup->map, point, normal, lookup->radius, lookup->filter);
+    return pm_photon_map_nearest(lookup->map, point, normal, lookup->gather_count, INFINITY,
+                                 lookup->filter);
+}
+
+/* The share of an estimate's variance that all passes have in common. At the eye's vertex they
+ * ask for the same photons. A gather ray asks elsewhere each time: the map holds about total /
+ * count disjoint answers, and their mean is what all passes have in common; the rest shows as
+ * scatter between passes. */
+static double common_share(const struct pm_pass *pass, const struct pm_lookup *lookup,
+                           const pm_estimate *estimate, enum pm_vertex vertex)
+{
+    if (!pass->shared)
+        return 0;
+    if (vertex == PM_VERTEX_EYE)
+        return 1;
+    return (double)estimate->count / (double)pm_photon_map_count(lookup->map);
+}
+
+static void add_side(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
+                     pm_rgb weight, enum pm_vertex vertex, struct pm_value *value)
+{
+    const struct pm_vertex_rule *rule = &pass->rules[vertex];
+    for (int i = 0; i < rule->lookup_count; i++) {
+        pm_estimate estimate = ask(&rule->lookups[i], spot->point, normal);
+        double share = common_share(pass, &rule->lookups[i], &estimate, vertex);
+        pm_rgb variance = pm_rgb_mul(pm_rgb_mul(weight, weight), estimate.variance);
+        value->radiance = pm_rgb_add(value->radiance, pm_rgb_mul(weight, estimate.irradiance));
+        value->variance = pm_rgb_madd(value->variance, share, variance);
+    }
+}
+
+void pm_lookup_surface(const struct pm_pass *pass, const struct pm_spot *spot,
+                       pm_rgb throughput, enum pm_vertex vertex, struct pm_value *value)
+{
+    const pm_surface *surface = spot->surface;
+    pm_rgb weight = pm_rgb_scale(throughput, 1 / PM_PI);
+    if (surface->fresnel)
+        weight = pm_rgb_scale(weight, pass->fresnel_share);
+    if (!pm_rgb_is_black(surface->diffuse_reflectance))
+        add_side(pass, spot, surface->normal, pm_rgb_mul(weight, surface->diffuse_reflectance),
+                 vertex, value);
+    if (!pm_rgb_is_black(surface->diffuse_transmittance))
+        add_side(pass, spot, pm_vec3_negate(surface->normal),
+                 pm_rgb_mul(weight, surface->diffuse_transmittance), vertex, value);
+}
