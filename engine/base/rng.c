@@ -1,28 +1,23 @@
 #include "base/rng.h"
 
-#include <string.h>
-
-static inline void philox_round(uint32_t c[4], const uint32_t key[2])
-{
-    uint64_t p0 = (uint64_t)0xD2511F53U * c[0];
-    uint64_t p1 = (uint64_t)0xCD9E8D57U * c[2];
-    uint32_t c0 = (uint32_t)(p1 >> 32) ^ c[1] ^ key[0];
-    uint32_t c2 = (uint32_t)(p0 >> 32) ^ c[3] ^ key[1];
-    c[1] = (uint32_t)p1;
-    c[3] = (uint32_t)p0;
-    c[0] = c0;
-    c[2] = c2;
-}
-
 static void philox_block(pm_rng *rng)
 {
-    uint32_t key[2] = {rng->key[0], rng->key[1]};
-    memcpy(rng->block, rng->counter, sizeof rng->block);
+    uint32_t k0 = rng->key[0], k1 = rng->key[1];
+    uint32_t c0 = rng->counter[0], c1 = rng->counter[1], c2 = rng->counter[2],
+             c3 = rng->counter[3];
     for (int round = 0; round < 10; round++) {
-        philox_round(rng->block, key);
-        key[0] += 0x9E3779B9U;
-        key[1] += 0xBB67AE85U;
+        uint64_t p0 = (uint64_t)0xD2511F53U * c0, p1 = (uint64_t)0xCD9E8D57U * c2;
+        c0 = (uint32_t)(p1 >> 32) ^ c1 ^ k0;
+        c1 = (uint32_t)p1;
+        c2 = (uint32_t)(p0 >> 32) ^ c3 ^ k1;
+        c3 = (uint32_t)p0;
+        k0 += 0x9E3779B9U;
+        k1 += 0xBB67AE85U;
     }
+    rng->block[0] = c0;
+    rng->block[1] = c1;
+    rng->block[2] = c2;
+    rng->block[3] = c3;
     rng->counter[0]++;
     rng->used = 0;
 }

@@ -28,13 +28,21 @@ static void make_directions(unsigned dimension, uint32_t v[32])
     }
 }
 
-static uint32_t directions[PM_SOBOL_DIMENSIONS][32];
+/* The sum of the directions that a byte of the index selects: by dimension, place of the byte,
+ * byte. */
+static uint32_t sums[PM_SOBOL_DIMENSIONS][4][256];
 
 /* Filled before main, read-only ever after. */
-__attribute__((constructor)) static void fill_directions(void)
+__attribute__((constructor)) static void fill_sums(void)
 {
-    for (unsigned d = 0; d < PM_SOBOL_DIMENSIONS; d++)
-        make_directions(d, directions[d]);
+    for (unsigned d = 0; d < PM_SOBOL_DIMENSIONS; d++) {
+        uint32_t v[32];
+        make_directions(d, v);
+        for (unsigned place = 0; place < 4; place++)
+            for (unsigned byte = 1; byte < 256; byte++)
+                sums[d][place][byte] = sums[d][place][byte & (byte - 1)] ^
+                                       v[8 * place + (unsigned)__builtin_ctz(byte)];
+    }
 }
 
 static uint32_t reverse_bits(uint32_t x)
@@ -73,8 +81,9 @@ uint32_t pm_hash_u32(uint32_t a, uint32_t b)
 
 double pm_sobol(uint32_t index, unsigned dimension, uint32_t scramble)
 {
-    uint32_t x = 0;
-    for (unsigned bit = 0; index; bit++, index >>= 1)
-        x ^= (index & 1) ? directions[dimension][bit] : 0;
+    const uint32_t(*sum)[256] = sums[dimension];
+    uint32_t x = sum[0][index & 255] ^ sum[1][index >> 8 & 255];
+    if (index >> 16)
+        x ^= sum[2][index >> 16 & 255] ^ sum[3][index >> 24];
     return owen_scramble(x, pm_hash_u32(scramble, dimension)) * 0x1p-32;
 }
