@@ -4,13 +4,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "base/arena.h"
 #include "base/vec3.h"
 #include "scene/scene.h"
 
-/* Exact shapes, in double and in world coordinates. Embree only proposes candidates; what is
- * hit and where is decided here. */
+/* Exact shapes, in double and in world coordinates. Embree only proposes candidates; what is hit
+ * and where is decided here and in rays.c. */
 
-/* Planar pieces of a polygon: three indices into its vertices each, wound as the polygon is. */
+/* A piece of a polygon: three indices into its vertices, wound as the polygon is. */
 struct pm_triangle {
     uint32_t corner[3];
 };
@@ -20,13 +21,21 @@ struct pm_shape {
     uint32_t material; /* index into the world's materials */
     bool inward;       /* bubble, cup, tube: the front looks at the centre or the axis */
 
-    /* polygon: a point of the plane, unit front normal. sphere, bubble: the centre.
-     * ring: centre, unit front normal. cone, cup, cylinder, tube: centre of the first end, unit
-     * axis towards the second. */
+    /* Coincident shapes share a group (twins.h): its number is the index of one of them, and
+     * planar ones share one plane to the last bit, up to its sign. */
+    uint32_t group;
+    bool grouped; /* with others */
+    bool flipped; /* axis is opposite to that of the group's first shape */
+
+    /* polygon, ring: `axis` is the unit front normal, axis . p = offset the plane.
+     * sphere, bubble, ring: `center`. cone, cup, cylinder, tube: `center` of the first end, unit
+     * `axis` towards the second. */
     pm_vec3 center, axis;
-    double r0, r1; /* sphere: r0. ring: inner, outer. cones: at the first end, at the second */
-    double height; /* cones: length of the axis */
-    double area;   /* of one side */
+    double offset;
+    double deviation; /* polygon: greatest distance of a vertex from the plane */
+    double r0, r1;    /* sphere: r0. ring: inner, outer. cones: at the first end, at the second */
+    double height;    /* cones: length of the axis */
+    double area;      /* of one side */
 
     /* polygon only; the memory belongs to the world */
     const pm_vec3 *vertices;
@@ -35,21 +44,61 @@ struct pm_shape {
     uint32_t vertex_count, triangle_count;
 };
 
+/* Where shapes are made: scene point p is at (p - center) / scale. Points closer than `tolerance`
+ * are one point in the precision of the scene's numbers. */
+struct pm_shape_frame {
+    pm_vec3 center;
+    double scale, tolerance;
+};
+
+/* Makes the shape of a surface primitive (not `source`). Negative radii turn a shape inside out, as
+ * in Radiance. Vertices and triangles are put into the arena.
+ * Errors at the primitive's place: PM_E_RANGE for what has no extent (zero radius, axis without
+ * length, polygon without area, crossing edges), PM_E_MEMORY.
+ * Source: Radiance reference manual; src/common/cone.c, face.c for radii and plane. */
+PM_MUST_USE pm_status pm_shape_make(const pm_scene *scene, const pm_primitive *primitive,
+                                    const struct pm_shape_frame *frame, pm_arena *arena,
+                                    struct pm_shape *out, pm_error *err);
+
+/* Exact bounds of a surface primitive in scene units; for the world's cube. */
+PM_MUST_USE pm_status pm_shape_scene_bounds(const pm_scene *scene, const pm_primitive *primitive,
+                                            pm_vec3 *low, pm_vec3 *high, pm_error *err);
+
+void pm_shape_bounds(const struct pm_shape *shape, pm_vec3 *low, pm_vec3 *high);
+
+/* False only if the shape misses the closed cube. Used for the octree: conservative, and the same
+ * everywhere. */
+bool pm_shape_meets_cube(const struct pm_shape *shape, pm_vec3 center, double half);
+
 /* Area of one side [scale^2]. */
 double pm_shape_area(const struct pm_shape *shape);
 
-/* A point spread uniformly by area over the shape for u, v uniform in [0, 1), and the unit
- * front normal there. Test: shape_samples_are_uniform_by_area. */
+/* A point spread uniformly by area over the shape for u, v uniform in [0, 1), and the unit front
+ * normal there. Test: shape_samples_are_uniform_by_area. */
 void pm_shape_sample(const struct pm_shape *shape, double u, double v, pm_vec3 *point,
                      pm_vec3 *normal);
 
 /* Unit front normal at a point of the shape. */
 pm_vec3 pm_shape_normal(const struct pm_shape *shape, pm_vec3 point);
 
+/* The nearest point of the (unbounded) plane or quadric, for points within rounding of it. */
+pm_vec3 pm_shape_project(const struct pm_shape *shape, pm_vec3 point);
+
+/* Ascending distances at which a line meets a curved shape, 0 to 2 of them. With `on` the origin
+ * lies on the shape: one root is then exactly 0, and the other free of cancellation (the
+ * quadratic is deflated). Test: quadrics_are_met_where_analysis_says. */
+int pm_shape_roots(const struct pm_shape *shape, pm_vec3 origin, pm_vec3 direction, bool on,
+                   double t[2]);
+
 /* True for a shape that lies in a plane and so meets a ray once at most. */
 static inline bool pm_shape_is_planar(const struct pm_shape *shape)
 {
     return shape->type == PM_POLYGON || shape->type == PM_RING;
+}
+
+static inline bool pm_shape_is_ball(const struct pm_shape *shape)
+{
+    return shape->type == PM_SPHERE || shape->type == PM_BUBBLE;
 }
 
 #endif
