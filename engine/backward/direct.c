@@ -49,8 +49,7 @@ pm_rgb pm_direct_light(const struct pm_pass *pass, const struct pm_spot *spot,
     pm_ray ray = {.origin = spot->point,
                   .direction = light.wi,
                   .t_max = light.distance,
-                  .from = spot->from,
-                  .weak = light.weak};
+                  .from = spot->from};
     pm_media media = pm_spot_media(pass, spot, light.wi);
-    return pm_rgb_mul(f, pm_world_transmittance(pass->world, &ray, &media));
+    return pm_rgb_mul(f, pm_world_transmittance(pass->world, &ray, &media, light.weak));
 }
