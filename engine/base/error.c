@@ -47,9 +47,9 @@ void pm_error_format(const pm_error *err, char *out, size_t size)
 
 const char *pm_status_name(pm_status status)
 {
-    static const char *const names[] = {"ok",      "memory",      "io",       "syntax",
-                                        "range",   "unsupported", "missing",  "mismatch",
-                                        "corrupt", "limit",       "cancelled"};
+    static const char *const names[] = {"ok",      "memory",      "io",        "syntax",
+                                        "range",   "unsupported", "missing",   "mismatch",
+                                        "corrupt", "limit",       "cancelled", "unreachable"};
     size_t index = (size_t)status;
     return index < sizeof names / sizeof *names ? names[index] : "unknown";
 }

@@ -14,6 +14,7 @@ typedef enum pm_status {
     PM_E_CORRUPT,     /* a checksum or a length that does not agree */
     PM_E_LIMIT,       /* larger than a stated limit */
     PM_E_CANCELLED,   /* the caller asked to stop */
+    PM_E_UNREACHABLE, /* no server answers */
 } pm_status;
 
 #define PM_MUST_USE __attribute__((warn_unused_result))

@@ -1,0 +1,127 @@
+#include "job_request.h"
+
+#include <string.h>
+#include <strings.h>
+
+unsigned pm_format_of(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    if (!dot)
+        return 0;
+    if (!strcasecmp(dot, ".exr"))
+        return PM_WANT_EXR;
+    if (!strcasecmp(dot, ".hdr") || !strcasecmp(dot, ".pic"))
+        return PM_WANT_HDR;
+    return strcasecmp(dot, ".png") ? 0 : PM_WANT_PNG;
+}
+
+const char *pm_format_word(unsigned format)
+{
+    return format == PM_WANT_EXR ? "exr" : format == PM_WANT_HDR ? "hdr" : "png";
+}
+
+static pm_json *vector(pm_vec3 v)
+{
+    return pm_json_pack("[f, f, f]", v.x, v.y, v.z);
+}
+
+static bool put_view(pm_json *request, const pm_options *options)
+{
+    const pm_view *view = &options->view;
+    uint32_t x = options->x, y = options->y;
+    if (options->pixel_aspect > 0)
+        pm_view_fit(view, &x, &y);
+    return pm_json_put(request, "view",
+                       pm_json_pack("{s:o, s:o, s:o, s:f, s:f}", "vp", vector(view->point),
+                                    "vd", vector(view->direction), "vu", vector(view->up), "vh",
+                                    view->horizontal, "vv", view->vertical)) &&
+           pm_json_put(request, "x", pm_json_pack("i", (int)x)) &&
+           pm_json_put(request, "y", pm_json_pack("i", (int)y));
+}
+
+static bool put_map(pm_json *request, const pm_options *options, pm_map_kind kind,
+                    const pm_attachments *attachments)
+{
+    const pm_map_option *map = &options->maps[kind];
+    if (!map->given && !attachments->has_map[kind])
+        return true;
+    pm_json *value = pm_json_pack("{}");
+    bool made = value;
+    if (attachments->has_map[kind]) {
+        char hex[PM_DIGEST_HEX];
+        pm_digest_hex(&attachments->map[kind], hex);
+        made = made && pm_json_put(value, "map", pm_json_pack("s", hex));
+    } else {
+        made = made && pm_json_put(value, "count", pm_json_pack("I", (long long)map->count));
+    }
+    if (map->gather)
+        made = made && pm_json_put(value, "gather", pm_json_pack("i", (int)map->gather));
+    if (!made) {
+        pm_json_free(value);
+        return false;
+    }
+    return pm_json_put(request, pm_map_kind_name(kind), value);
+}
+
+static bool put_stops(pm_json *request, const pm_options *options)
+{
+    bool made = true;
+    if (options->passes)
+        made = made && pm_json_put(request, "passes", pm_json_pack("i", (int)options->passes));
+    if (options->seconds > 0)
+        made = made && pm_json_put(request, "time", pm_json_pack("f", options->seconds));
+    if (options->error > 0)
+        made = made && pm_json_put(request, "error", pm_json_pack("f", options->error));
+    return made;
+}
+
+static bool put_formats(pm_json *request, unsigned formats)
+{
+    pm_json *list = pm_json_pack("[]");
+    bool made = list;
+    for (unsigned format = 1; format <= PM_WANT_PNG; format *= 2)
+        if (formats & format)
+            made = made && pm_json_append(list, pm_json_pack("s", pm_format_word(format)));
+    if (made)
+        return pm_json_put(request, "formats", list);
+    pm_json_free(list);
+    return false;
+}
+
+static bool put_points(pm_json *request, const pm_options *options,
+                       const pm_attachments *attachments)
+{
+    char hex[PM_DIGEST_HEX];
+    bool irradiance = options->verb == PM_VERB_TRACE || options->irradiance;
+    pm_digest_hex(&attachments->points, hex);
+    return pm_json_put(request, "points", pm_json_pack("s", hex)) &&
+           pm_json_put(request, "quantity",
+                       pm_json_pack("s", irradiance ? "irradiance" : "radiance"));
+}
+
+pm_json *pm_job_request(const pm_options *options, const char *kind,
+                        const pm_attachments *attachments, unsigned formats,
+                        const char *command)
+{
+    bool looks = strcmp(kind, "map") != 0;
+    pm_json *request = pm_json_pack("{s:s, s:s, s:I, s:i, s:s}", "kind", kind, "scene",
+                                    attachments->scene, "seed", (long long)options->seed,
+                                    "threads", (int)options->threads, "command", command);
+    bool made = request;
+    for (int map = 0; map < PM_MAP_KINDS; map++)
+        made = made && put_map(request, options, (pm_map_kind)map, attachments);
+    if (options->max_events)
+        made = made &&
+               pm_json_put(request, "max_events", pm_json_pack("i", (int)options->max_events));
+    if (looks)
+        made = made && put_stops(request, options) &&
+               pm_json_put(request, "ab", pm_json_pack("i", options->ambient_bounces));
+    if (formats)
+        made = made && put_view(request, options) && put_formats(request, formats);
+    if (attachments->has_points)
+        made = made && put_points(request, options, attachments);
+    if (made)
+        return request;
+    pm_json_free(request);
+    return NULL;
+}

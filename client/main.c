@@ -1,0 +1,206 @@
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/bytes.h"
+#include "session.h"
+#include "verbs.h"
+
+/* Exit statuses, as the manual page lists them. */
+enum { EXIT_USAGE = 2, EXIT_UNREACHABLE = 3, EXIT_INTERRUPTED = 130 };
+
+const char *pm_command_line = "";
+
+struct verb {
+    const char *name;
+    pm_verb bit;
+    unsigned scenes; /* operands wanted; 0: the verb looks for itself */
+    const char *usage, *summary, *text;
+    pm_status (*run)(const pm_options *options, pm_error *err);
+};
+
+static const struct verb verbs[] = {
+    {"render", PM_VERB_RENDER, 1, "render SCENE.rad [OPTION...] -o FILE",
+     "a picture of a scene",
+     "Without map options the picture is progressive: passes of photons with a shrinking "
+     "radius,\n"
+     "until --error (2% if nothing is said), --time (60s) or --passes. With -apg, -apc, -apv "
+     "it is\n"
+     "Radiance's way: the K nearest of about N photons, 16 passes if nothing is said.\n\n"
+     "  pmclient render room.rad --vf view.vf -x 512 -y 512 --time 20s -o room.exr -o "
+     "room.png\n"
+     "  pmclient render room.rad --vf view.vf -apg 100k 50 -apc 250k 50 -ab 1 -o room.hdr",
+     pm_verb_render},
+    {"trace", PM_VERB_TRACE, 1, "trace SCENE.rad [OPTION...] < POINTS",
+     "irradiance at points [W/m^2]",
+     "Reads lines of `x y z nx ny nz` and prints a line `r g b` for each, in order.\n\n"
+     "  echo '1 2 .8  0 0 1' | pmclient trace room.rad --error 1%",
+     pm_verb_trace},
+    {"mkpmap", PM_VERB_MKPMAP, 1, "mkpmap -apg FILE N [-apc FILE N] [OPTION...] SCENE.rad",
+     "photon maps as files",
+     "  pmclient mkpmap -apg room.gpm 10k -apc room.cpm 50k -t 10 room.rad", pm_verb_mkpmap},
+    {"rpict", PM_VERB_RPICT, 1, "rpict [OPTION...] SCENE.rad > PICTURE.hdr",
+     "a picture from map files, as Radiance's rpict",
+     "  pmclient rpict -ab 1 -apg room.gpm 50 -apc room.cpm 50 -vf view.vf room.rad > room.hdr",
+     pm_verb_render},
+    {"rtrace", PM_VERB_RTRACE, 1, "rtrace [OPTION...] SCENE.rad < RAYS",
+     "values from map files, as Radiance's rtrace",
+     "Reads lines of `x y z dx dy dz`; with -I they are points and normals.\n\n"
+     "  pmclient rtrace -I -h -ab -1 -apg room.gpm 50 room.rad < points.txt",
+     pm_verb_trace},
+    {"pmapinfo", PM_VERB_PMAPINFO, 0, "pmapinfo FILE...", "what map files hold",
+     "  pmclient pmapinfo room.gpm", pm_verb_pmapinfo},
+    {"scene", PM_VERB_SCENE, 0, "scene check SCENE.rad", "what a scene holds, or what is wrong",
+     "  pmclient scene check room.rad", pm_verb_scene},
+    {"map", PM_VERB_MAP, 0, "map list | info KEY | fetch KEY -o FILE",
+     "the maps that the server keeps", "  pmclient map list", pm_verb_map},
+    {"job", PM_VERB_JOB, 0, "job list | show ID | cancel ID", "the jobs of the server",
+     "  pmclient --server http://127.0.0.1:8080 job list", pm_verb_job},
+};
+
+enum { VERBS = sizeof verbs / sizeof *verbs };
+
+static void print_help(FILE *to)
+{
+    fprintf(to, "pmclient: photon maps for Radiance scenes\n\nusage:\n");
+    for (size_t i = 0; i < VERBS; i++)
+        fprintf(to, "  pmclient %-58s %s\n", verbs[i].usage, verbs[i].summary);
+    fprintf(
+        to,
+        "\n`pmclient VERB --help` says more. Without --server URL (or PM_SERVER) a private\n"
+        "server runs for as long as the command; its cache is $PM_STORE, or\n"
+        "~/.cache/pm/store.sqlite.\n");
+}
+
+static void print_verb_help(const struct verb *verb)
+{
+    printf("usage: pmclient %s\n\n%s.\n\n%s\n\noptions:\n", verb->usage, verb->summary,
+           verb->text);
+    pm_options_print(verb->bit, stdout);
+}
+
+static void interrupt(int signal_number)
+{
+    (void)signal_number;
+    pm_interrupted = 1;
+}
+
+static void catch_signals(void)
+{
+    struct sigaction action = {.sa_handler = interrupt};
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    signal(SIGPIPE, SIG_IGN);
+}
+
+/* A word of the command line as a shell would need it. */
+static void quote(pm_bytes *line, const char *word)
+{
+    if (*word && !strpbrk(word, " \t\n'\"\\$`*?[]{}()<>|&;~#!")) {
+        pm_bytes_text(line, word);
+        return;
+    }
+    pm_bytes_text(line, "'");
+    for (; *word; word++) {
+        if (*word == '\'')
+            pm_bytes_text(line, "'\\''");
+        else if ((unsigned char)*word >= ' ')
+            pm_bytes_u8(line, (uint8_t)*word);
+    }
+    pm_bytes_text(line, "'");
+}
+
+static void join(pm_bytes *line, int argc, char **argv)
+{
+    for (int i = 0; i < argc; i++) {
+        if (i)
+            pm_bytes_text(line, " ");
+        quote(line, i ? argv[i] : "pmclient");
+    }
+    pm_bytes_u8(line, 0);
+}
+
+static int exit_status(pm_status st, bool usage)
+{
+    if (!st)
+        return EXIT_SUCCESS;
+    if (st == PM_E_CANCELLED && pm_interrupted)
+        return EXIT_INTERRUPTED;
+    if (usage)
+        return EXIT_USAGE;
+    return st == PM_E_UNREACHABLE ? EXIT_UNREACHABLE : EXIT_FAILURE;
+}
+
+static int fail(pm_status st, const pm_error *err, bool usage)
+{
+    char text[1200];
+    pm_error_format(err, text, sizeof text);
+    fprintf(stderr, "pmclient: %s\n", text);
+    return exit_status(st, usage);
+}
+
+static int run(const struct verb *verb, int argc, char **argv)
+{
+    pm_options options;
+    pm_error err = PM_ERROR_INIT;
+    pm_status st = pm_options_parse(verb->bit, argc, argv, &options, &err);
+    if (st)
+        return fail(st, &err, true);
+    if (options.help) {
+        print_verb_help(verb);
+        return EXIT_SUCCESS;
+    }
+    if ((verb->scenes && options.operand_count != verb->scenes) ||
+        (verb->bit == PM_VERB_PMAPINFO && !options.operand_count)) {
+        fprintf(stderr, "pmclient: usage: pmclient %s\n", verb->usage);
+        return EXIT_USAGE;
+    }
+    st = verb->run(&options, &err);
+    return st ? fail(st, &err, false) : EXIT_SUCCESS;
+}
+
+/* Global options may stand before the verb: they move behind it. */
+static int find_verb(int argc, char **argv)
+{
+    int at = 1;
+    while (at < argc && argv[at][0] == '-')
+        at += !strcmp(argv[at], "--server") || !strcmp(argv[at], "--token-file") ? 2 : 1;
+    return at < argc ? at : 0;
+}
+
+static void move_behind(char **argv, int at)
+{
+    char *verb = argv[at];
+    memmove(argv + 2, argv + 1, (size_t)(at - 1) * sizeof *argv);
+    argv[1] = verb;
+}
+
+int main(int argc, char **argv)
+{
+    pm_bytes line = {0};
+    join(&line, argc, argv);
+    if (!pm_bytes_status(&line))
+        pm_command_line = (const char *)line.data;
+    catch_signals();
+    int at = find_verb(argc, argv);
+    if (at)
+        move_behind(argv, at);
+    int status = EXIT_USAGE;
+    const struct verb *verb = NULL;
+    for (size_t i = 0; at && i < VERBS; i++)
+        if (!strcmp(argv[1], verbs[i].name))
+            verb = &verbs[i];
+    if (verb) {
+        status = run(verb, argc - 2, argv + 2);
+    } else if (!at && argc == 2 && !strcmp(argv[1], "--help")) {
+        print_help(stdout);
+        status = EXIT_SUCCESS;
+    } else {
+        if (at)
+            fprintf(stderr, "pmclient: %s: unknown verb\n", argv[1]);
+        print_help(stderr);
+    }
+    pm_bytes_clear(&line);
+    return status;
+}

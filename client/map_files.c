@@ -1,0 +1,44 @@
+#include "map_files.h"
+
+#include "file_bytes.h"
+#include "photons/photon_map.h"
+
+static pm_status attach(pm_session *session, pm_map_kind kind, const char *path,
+                        pm_attachments *attachments, pm_error *err)
+{
+    if (attachments->has_map[kind])
+        return pm_error_set_at(err, PM_E_RANGE, path, 0, 0, "is a second %s map; give one",
+                               pm_map_kind_name(kind));
+    pm_status st = pm_session_upload_file(session, path, &attachments->map[kind], err);
+    attachments->has_map[kind] = !st;
+    return st;
+}
+
+static pm_status detect(const char *path, pm_map_kind *kind, pm_error *err)
+{
+    pm_file_bytes file;
+    pm_photon_map *map = NULL;
+    pm_status st = pm_file_bytes_open(&file, path, err);
+    if (st)
+        return st;
+    st = pm_photon_map_read(file.data, file.size, path, &map, NULL, err);
+    if (!st)
+        *kind = pm_photon_map_header(map)->kind;
+    pm_photon_map_free(map);
+    pm_file_bytes_close(&file);
+    return st;
+}
+
+pm_status pm_map_files_attach(pm_session *session, const pm_options *options,
+                              pm_attachments *attachments, pm_error *err)
+{
+    pm_status st = PM_OK;
+    pm_map_kind detected;
+    for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++)
+        if (options->maps[kind].file)
+            st = attach(session, (pm_map_kind)kind, options->maps[kind].file, attachments, err);
+    if (st || !options->detected_map)
+        return st;
+    st = detect(options->detected_map, &detected, err);
+    return st ? st : attach(session, detected, options->detected_map, attachments, err);
+}

@@ -1,0 +1,12 @@
+#ifndef PM_CLIENT_MAP_FILES_H
+#define PM_CLIENT_MAP_FILES_H
+
+#include "job_request.h"
+#include "session.h"
+
+/* Uploads the map files that rpict's and rtrace's options name, -ap's by the kind that the file
+ * says it is. */
+PM_MUST_USE pm_status pm_map_files_attach(pm_session *session, const pm_options *options,
+                                          pm_attachments *attachments, pm_error *err);
+
+#endif

@@ -1,0 +1,557 @@
+#include "options.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    RENDERING = PM_VERB_RENDER | PM_VERB_TRACE,
+    RADIANCE = PM_VERB_RPICT | PM_VERB_RTRACE,
+    PICTURES = PM_VERB_RENDER | PM_VERB_RPICT,
+    POINTS = PM_VERB_TRACE | PM_VERB_RTRACE,
+    LOOKING = RENDERING | RADIANCE,
+    WORKING = LOOKING | PM_VERB_MKPMAP,
+    ONLINE = WORKING | PM_VERB_SCENE | PM_VERB_MAP | PM_VERB_JOB,
+    ALL = ONLINE | PM_VERB_PMAPINFO,
+};
+
+/* Where reading stands. */
+struct words {
+    int argc;
+    char **argv;
+    int at;             /* the next word */
+    const char *option; /* the one being read */
+    pm_options *out;
+    pm_error *err;
+};
+
+/* ---- numbers with suffixes ---- */
+
+static bool read_number(const char *text, double *out, const char **end)
+{
+    char *stop;
+    errno = 0;
+    if (!strchr("0123456789+-.", *text) || !*text)
+        return false;
+    double value = strtod(text, &stop);
+    if (stop == text || !isfinite(value))
+        return false;
+    *out = value;
+    *end = stop;
+    return true;
+}
+
+pm_status pm_count_parse(const char *text, uint64_t *out)
+{
+    static const char suffixes[] = "kmg";
+    double value, factor = 1;
+    const char *end;
+    if (!read_number(text, &value, &end) || value < 0)
+        return PM_E_RANGE;
+    const char *suffix = *end ? strchr(suffixes, *end | 0x20) : NULL;
+    if (*end && (!suffix || end[1]))
+        return PM_E_RANGE;
+    for (const char *s = suffixes; suffix && s <= suffix; s++)
+        factor *= 1000;
+    value *= factor;
+    if (value != floor(value) || value > 0x1p53)
+        return PM_E_RANGE;
+    *out = (uint64_t)value;
+    return PM_OK;
+}
+
+pm_status pm_seconds_parse(const char *text, double *out)
+{
+    double value;
+    const char *end;
+    if (!read_number(text, &value, &end) || !(value > 0) || (*end && end[1]))
+        return PM_E_RANGE;
+    if (*end && !strchr("smh", *end))
+        return PM_E_RANGE;
+    *out = value * (*end == 'm' ? 60 : *end == 'h' ? 3600 : 1);
+    return PM_OK;
+}
+
+pm_status pm_share_parse(const char *text, double *out)
+{
+    double value;
+    const char *end;
+    if (!read_number(text, &value, &end))
+        return PM_E_RANGE;
+    if (!strcmp(end, "%"))
+        value /= 100;
+    else if (*end)
+        return PM_E_RANGE;
+    if (!(value > 0) || value > 1)
+        return PM_E_RANGE;
+    *out = value;
+    return PM_OK;
+}
+
+/* ---- arguments of options ---- */
+
+static pm_status bad(const struct words *words, const char *got, const char *right)
+{
+    return pm_error_set(words->err, PM_E_RANGE, "%s %s: must be %s", words->option, got, right);
+}
+
+static pm_status take_text(struct words *words, const char *what, const char **out)
+{
+    if (words->at >= words->argc)
+        return pm_error_set(words->err, PM_E_MISSING, "%s: %s is missing behind it",
+                            words->option, what);
+    *out = words->argv[words->at++];
+    return PM_OK;
+}
+
+static pm_status take_count(struct words *words, const char *what, uint64_t low, uint64_t high,
+                            uint64_t *out)
+{
+    const char *text;
+    pm_status st = take_text(words, what, &text);
+    if (st)
+        return st;
+    if (!pm_count_parse(text, out) && *out >= low && *out <= high)
+        return PM_OK;
+    char right[160];
+    snprintf(right, sizeof right,
+             "%s, a whole number from %llu to %llu (10k, 1m are understood)", what,
+             (unsigned long long)low, (unsigned long long)high);
+    return bad(words, text, right);
+}
+
+static pm_status take_u32(struct words *words, const char *what, uint32_t low, uint32_t high,
+                          uint32_t *out)
+{
+    uint64_t value;
+    pm_status st = take_count(words, what, low, high, &value);
+    if (!st)
+        *out = (uint32_t)value;
+    return st;
+}
+
+static pm_status take_number(struct words *words, const char *what, double *out)
+{
+    const char *text, *end;
+    pm_status st = take_text(words, what, &text);
+    if (st)
+        return st;
+    return read_number(text, out, &end) && !*end ? PM_OK : bad(words, text, what);
+}
+
+static bool next_is_count(const struct words *words)
+{
+    uint64_t count;
+    return words->at < words->argc && !pm_count_parse(words->argv[words->at], &count);
+}
+
+/* ---- options ---- */
+
+static pm_map_kind kind_of(const char *option)
+{
+    return option[3] == 'c' ? PM_MAP_CAUSTIC : option[3] == 'v' ? PM_MAP_VOLUME : PM_MAP_GLOBAL;
+}
+
+/* A gather count may follow; a second one would ask for bias compensation. */
+static pm_status take_gather(struct words *words, uint32_t *gather)
+{
+    if (!next_is_count(words))
+        return PM_OK;
+    pm_status st = take_u32(words, "photons an estimate", 1, 100000, gather);
+    if (!st && next_is_count(words))
+        return pm_error_set(words->err, PM_E_UNSUPPORTED,
+                            "%s: a second number (%s) asks for bias compensation, which is not "
+                            "offered yet; give one number of photons",
+                            words->option, words->argv[words->at]);
+    return st;
+}
+
+/* -apg N [K] | mkpmap -apg FILE N | rpict -apg FILE [K] */
+static pm_status take_map(struct words *words)
+{
+    pm_verb verb = words->out->verb;
+    pm_map_option *map = &words->out->maps[kind_of(words->option)];
+    pm_status st = PM_OK;
+    *map = (pm_map_option){.given = true};
+    if (!(verb & RENDERING))
+        st = take_text(words, "a file", &map->file);
+    if (!st && (verb & (RENDERING | PM_VERB_MKPMAP)))
+        st = take_count(words, "a number of photons", 1, 1000000000, &map->count);
+    if (!st && verb != PM_VERB_MKPMAP)
+        st = take_gather(words, &map->gather);
+    return st;
+}
+
+static pm_status take_detected_map(struct words *words)
+{
+    pm_status st = take_text(words, "a file", &words->out->detected_map);
+    return st ? st : take_gather(words, &words->out->detected_gather);
+}
+
+static pm_status take_bounces(struct words *words)
+{
+    double value;
+    pm_status st = take_number(words, "a whole number", &value);
+    if (st)
+        return st;
+    if (value != floor(value) || fabs(value) > 100)
+        return bad(words, words->argv[words->at - 1], "a whole number from -100 to 100");
+    words->out->ambient_bounces = (int)value;
+    return PM_OK;
+}
+
+static pm_status take_vector(struct words *words)
+{
+    pm_view *view = &words->out->view;
+    pm_vec3 *v = words->option[2] == 'p'   ? &view->point
+                 : words->option[2] == 'd' ? &view->direction
+                                           : &view->up;
+    pm_status st = take_number(words, "three numbers x y z", &v->x);
+    if (!st)
+        st = take_number(words, "three numbers x y z", &v->y);
+    if (!st)
+        st = take_number(words, "three numbers x y z", &v->z);
+    return st;
+}
+
+static pm_status take_angle(struct words *words)
+{
+    pm_view *view = &words->out->view;
+    return take_number(words, "an angle in degrees",
+                       words->option[2] == 'h' ? &view->horizontal : &view->vertical);
+}
+
+/* The spellings that a view file knows beside those above, e.g. -vtv, -vs 0. */
+static pm_status take_other_view(struct words *words)
+{
+    char text[128];
+    const char *value = "";
+    if (strncmp(words->option, "-vt", 3)) {
+        pm_status st = take_text(words, "a number", &value);
+        if (st)
+            return st;
+    }
+    snprintf(text, sizeof text, "%s %s", words->option, value);
+    pm_error err = PM_ERROR_INIT;
+    pm_status st = pm_view_parse(text, "view", &words->out->view, &err);
+    return st ? pm_error_set(words->err, st, "%s: %s", words->option, err.text) : PM_OK;
+}
+
+static pm_status take_view_file(struct words *words)
+{
+    const char *path;
+    pm_status st = take_text(words, "a file", &path);
+    if (st)
+        return st;
+    char text[65536];
+    FILE *file = fopen(path, "rb");
+    if (!file)
+        return pm_error_set_at(words->err, PM_E_IO, path, 0, 0, "cannot be read: %s",
+                               strerror(errno));
+    size_t size = fread(text, 1, sizeof text - 1, file);
+    bool whole = feof(file) && !ferror(file);
+    fclose(file);
+    text[size] = '\0';
+    if (!whole || strlen(text) != size)
+        return pm_error_set_at(words->err, PM_E_SYNTAX, path, 0, 0,
+                               "is no view file: a line like `rvu -vtv -vp 0 0 1 -vd 0 1 0`");
+    return pm_view_parse(text, path, &words->out->view, words->err);
+}
+
+static pm_status take_size(struct words *words)
+{
+    return take_u32(words, "pixels", 1, 16384,
+                    words->option[1] == 'x' ? &words->out->x : &words->out->y);
+}
+
+static pm_status take_aspect(struct words *words)
+{
+    pm_status st = take_number(words, "0 or 1", &words->out->pixel_aspect);
+    if (st)
+        return st;
+    if (words->out->pixel_aspect != 0 && words->out->pixel_aspect != 1)
+        return bad(words, words->argv[words->at - 1],
+                   "1 (square pixels) or 0 (exactly -x by -y)");
+    return PM_OK;
+}
+
+static pm_status take_passes(struct words *words)
+{
+    return take_u32(words, "passes", 1, 1U << 24, &words->out->passes);
+}
+
+static pm_status take_time(struct words *words)
+{
+    const char *text;
+    pm_status st = take_text(words, "a time", &text);
+    if (!st && pm_seconds_parse(text, &words->out->seconds))
+        st = bad(words, text, "a time such as 30s, 5m, 1h");
+    return st;
+}
+
+static pm_status take_error(struct words *words)
+{
+    const char *text;
+    pm_status st = take_text(words, "an error", &text);
+    if (!st && pm_share_parse(text, &words->out->error))
+        st = bad(words, text, "a relative error such as 2% or .02, at most 1");
+    return st;
+}
+
+static pm_status take_seed(struct words *words)
+{
+    return take_count(words, "a seed", 0, UINT64_C(1) << 53, &words->out->seed);
+}
+
+static pm_status take_max_events(struct words *words)
+{
+    return take_u32(words, "scatterings", 1, 1000000, &words->out->max_events);
+}
+
+static pm_status take_threads(struct words *words)
+{
+    return take_u32(words, "threads", 0, 256, &words->out->threads);
+}
+
+static pm_status take_interval(struct words *words)
+{
+    const char *text;
+    pm_status st = take_text(words, "seconds", &text);
+    double *out = &words->out->progress_seconds;
+    if (!st && strcmp(text, "0") && pm_seconds_parse(text, out))
+        st = bad(words, text, "seconds between reports, 0 for none");
+    return st;
+}
+
+static pm_status take_output(struct words *words)
+{
+    const char *path;
+    pm_status st = take_text(words, "a file", &path);
+    if (st)
+        return st;
+    if (words->out->output_count == PM_OUTPUTS_MAX)
+        return pm_error_set(words->err, PM_E_RANGE, "-o: at most %d files", PM_OUTPUTS_MAX);
+    words->out->outputs[words->out->output_count++] = path;
+    return PM_OK;
+}
+
+static pm_status take_server(struct words *words)
+{
+    return take_text(words, "an address such as http://127.0.0.1:8080", &words->out->server);
+}
+
+static pm_status take_token_file(struct words *words)
+{
+    return take_text(words, "a file", &words->out->token_file);
+}
+
+static pm_status set_switch(struct words *words)
+{
+    pm_options *out = words->out;
+    const char *option = words->option;
+    if (!strcmp(option, "-fo"))
+        out->overwrite = true;
+    else if (!strcmp(option, "-fo-"))
+        out->overwrite = false;
+    else if (!strcmp(option, "-I") || !strcmp(option, "-I+"))
+        out->irradiance = true;
+    else if (!strcmp(option, "-I-"))
+        out->irradiance = false;
+    else if (!strcmp(option, "-h") || !strcmp(option, "-h-"))
+        out->no_header = true;
+    else if (!strcmp(option, "-h+"))
+        out->no_header = false;
+    else if (!strcmp(option, "--errors"))
+        out->errors = true;
+    else if (!strcmp(option, "-q"))
+        out->quiet = true;
+    else if (!strcmp(option, "-v"))
+        out->verbose = true;
+    else
+        out->help = true;
+    return PM_OK;
+}
+
+struct option {
+    const char *name;
+    unsigned verbs;
+    const char *arguments;
+    const char *doc;
+    pm_status (*take)(struct words *words);
+};
+
+static const struct option options[] = {
+    {"-apg", RENDERING, "N [K]", "global map of about N photons, K an estimate (40)", take_map},
+    {"-apc", RENDERING, "N [K]", "caustic map, likewise", take_map},
+    {"-apv", RENDERING, "N [K]", "volume map, likewise", take_map},
+    {"-apg", PM_VERB_MKPMAP, "FILE N", "write a global map of about N photons", take_map},
+    {"-apc", PM_VERB_MKPMAP, "FILE N", "write a caustic map", take_map},
+    {"-apv", PM_VERB_MKPMAP, "FILE N", "write a volume map", take_map},
+    {"-apg", RADIANCE, "FILE [K]", "global map from a file, K photons an estimate (40)",
+     take_map},
+    {"-apc", RADIANCE, "FILE [K]", "caustic map from a file", take_map},
+    {"-apv", RADIANCE, "FILE [K]", "volume map from a file", take_map},
+    {"-ap", RADIANCE, "FILE [K]", "a map from a file, of whatever kind it is",
+     take_detected_map},
+    {"-ab", LOOKING, "N",
+     "> 0: final gather into the global map; < 0: the map at the first surface; 0: no indirect "
+     "light but caustics",
+     take_bounces},
+    {"--vf", PICTURES, "FILE", "view file", take_view_file},
+    {"-vf", PICTURES, "FILE", "the same", take_view_file},
+    {"-vp", PICTURES, "X Y Z", "view point (0 0 0)", take_vector},
+    {"-vd", PICTURES, "X Y Z", "view direction (0 1 0)", take_vector},
+    {"-vu", PICTURES, "X Y Z", "up (0 0 1)", take_vector},
+    {"-vh", PICTURES, "DEGREES", "horizontal angle of view (45)", take_angle},
+    {"-vv", PICTURES, "DEGREES", "vertical angle of view (45)", take_angle},
+    {"-vtv", PICTURES, "", "perspective view, the only type offered", take_other_view},
+    {"-vs", PICTURES, "0", "shift, 0 only", take_other_view},
+    {"-vl", PICTURES, "0", "lift, 0 only", take_other_view},
+    {"-vo", PICTURES, "0", "fore clipping, 0 only", take_other_view},
+    {"-va", PICTURES, "0", "aft clipping, 0 only", take_other_view},
+    {"-x", PICTURES, "N", "greatest width in pixels (512)", take_size},
+    {"-y", PICTURES, "N", "greatest height in pixels (512)", take_size},
+    {"-pa", PICTURES, "1|0", "1: square pixels within -x by -y; 0: exactly -x by -y (1)",
+     take_aspect},
+    {"--passes", LOOKING, "N", "stop after N passes", take_passes},
+    {"--time", LOOKING, "TIME", "stop after so long, e.g. 30s, 5m", take_time},
+    {"--error", LOOKING, "ERROR", "stop at this estimated relative error, e.g. 2%", take_error},
+    {"-apr", WORKING, "SEED", "seed; equal seeds give equal bytes (0)", take_seed},
+    {"-apm", WORKING, "N", "most scatterings on a photon's path (5000)", take_max_events},
+    {"-lr", PM_VERB_MKPMAP, "N", "the same", take_max_events},
+    {"-n", WORKING, "N", "threads; the answer does not depend on it (0: one a processor)",
+     take_threads},
+    {"-t", WORKING, "SECONDS", "report progress as lines every so often", take_interval},
+    {"-fo", PM_VERB_MKPMAP, "", "overwrite files that exist", set_switch},
+    {"-fo-", PM_VERB_MKPMAP, "", "refuse to (the default)", set_switch},
+    {"-I", PM_VERB_RTRACE, "", "irradiance at points, instead of radiance along rays",
+     set_switch},
+    {"-I+", PM_VERB_RTRACE, "", "the same", set_switch},
+    {"-I-", PM_VERB_RTRACE, "", "radiance along rays (the default)", set_switch},
+    {"-h", PM_VERB_RTRACE, "", "no header before the values", set_switch},
+    {"-h-", PM_VERB_RTRACE, "", "the same", set_switch},
+    {"-h+", PM_VERB_RTRACE, "", "a header (the default)", set_switch},
+    {"--errors", POINTS, "", "three more columns: half-widths of the 95 % intervals",
+     set_switch},
+    {"-o", PM_VERB_RENDER | PM_VERB_MAP, "FILE",
+     "where to write: .exr, .hdr or .png by its ending; may be repeated", take_output},
+    {"--server", ONLINE, "URL", "a running server (PM_SERVER); without one, a private one",
+     take_server},
+    {"--token-file", ONLINE, "FILE", "bearer token of the server (PM_TOKEN_FILE)",
+     take_token_file},
+    {"-q", ALL, "", "errors only", set_switch},
+    {"-v", ALL, "", "say more", set_switch},
+    {"--help", ALL, "", "this text", set_switch},
+};
+
+enum { OPTIONS = sizeof options / sizeof *options };
+
+/* Options of Radiance's programs that have no meaning here, by their first letters, and why. */
+static const struct {
+    const char *prefix, *reason;
+} refused[] = {
+    {"-apcb", "bias compensation is not offered yet; use -apc with one number of photons"},
+    {"-app", "precomputed photons are not offered yet; use -apg"},
+    {"-apf", "precomputed photons are not offered yet; use -apg"},
+    {"-apP", "precomputed photons are not offered yet; use -apg"},
+    {"-apd", "direct maps are not offered: direct light comes from next events"},
+    {"-apC", "contribution maps are not offered"},
+    {"-apD", "there is no prepass to set: maps grow until they hold the number wanted"},
+    {"-apM", "there is no prepass to repeat: maps grow until they hold the number wanted"},
+    {"-apo", "photon ports are not offered yet"},
+    {"-apO", "photon ports are not offered yet"},
+    {"-aps", "photon sensors are not offered yet"},
+    {"-apS", "photon sensors are not offered yet"},
+    {"-api", "regions of interest are not offered yet"},
+    {"-apI", "regions of interest are not offered yet"},
+    {"-am", "the search radius needs no bound here"},
+    {"-aa", "there is no irradiance cache here: gather rays are traced each time"},
+    {"-ar", "there is no irradiance cache here: gather rays are traced each time"},
+    {"-ad", "samples are set by --passes, --time or --error"},
+    {"-as", "samples are set by --passes, --time or --error"},
+    {"-av", "ambient light is computed here, not assumed; leave it out"},
+    {"-aw", "ambient light is computed here, not assumed; leave it out"},
+    {"-d", "lights are sampled a point a pass, so there is nothing to partition or jitter"},
+    {"-st", "specular light is always sampled here"},
+    {"-ss", "specular light is always sampled here"},
+    {"-lr", "walks end by roulette, without bias; there is no limit to set"},
+    {"-lw", "walks end by roulette, without bias; there is no limit to set"},
+    {"-m", "a global medium is not offered yet; use a mist around the scene"},
+    {"-bv", "back faces are always visible here"},
+    {"-i", "use rtrace -I"},
+    {"-f", "values are text here"},
+    {"-e", "messages go to standard error; use a shell's 2>"},
+    {"-ld", "rays have no greatest length here"},
+};
+
+static pm_status refuse(struct words *words)
+{
+    const char *option = words->option;
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++)
+        if (!strncmp(option, refused[i].prefix, strlen(refused[i].prefix)))
+            return pm_error_set(words->err, PM_E_UNSUPPORTED, "%s: %s", option,
+                                refused[i].reason);
+    for (size_t i = 0; i < OPTIONS; i++)
+        if (!strcmp(option, options[i].name))
+            return pm_error_set(words->err, PM_E_UNSUPPORTED,
+                                "%s: has no meaning here; --help lists what has", option);
+    return pm_error_set(words->err, PM_E_UNSUPPORTED, "%s: unknown option; --help lists them",
+                        option);
+}
+
+static pm_status take_option(struct words *words)
+{
+    for (size_t i = 0; i < OPTIONS; i++)
+        if ((options[i].verbs & words->out->verb) && !strcmp(options[i].name, words->option))
+            return options[i].take(words);
+    return refuse(words);
+}
+
+static pm_status take_operand(struct words *words)
+{
+    pm_options *out = words->out;
+    if (out->operand_count == sizeof out->operands / sizeof *out->operands)
+        return pm_error_set(words->err, PM_E_RANGE, "%s: too many files", words->option);
+    out->operands[out->operand_count++] = words->option;
+    return PM_OK;
+}
+
+static bool is_option(const char *word)
+{
+    return word[0] == '-' && word[1];
+}
+
+pm_status pm_options_parse(pm_verb verb, int argc, char **argv, pm_options *out, pm_error *err)
+{
+    pm_options result = {.verb = verb,
+                         .server = getenv("PM_SERVER"),
+                         .token_file = getenv("PM_TOKEN_FILE"),
+                         .view = pm_view_default(),
+                         .ambient_bounces = verb & RENDERING ? 1 : 0,
+                         .x = 512,
+                         .y = 512,
+                         .pixel_aspect = 1};
+    struct words words = {.argc = argc, .argv = argv, .out = &result, .err = err};
+    while (words.at < argc) {
+        words.option = argv[words.at++];
+        pm_status st = is_option(words.option) ? take_option(&words) : take_operand(&words);
+        if (st)
+            return st;
+    }
+    if (result.server && !*result.server)
+        result.server = NULL;
+    *out = result;
+    return PM_OK;
+}
+
+void pm_options_print(pm_verb verb, FILE *to)
+{
+    for (size_t i = 0; i < OPTIONS; i++) {
+        if (!(options[i].verbs & verb))
+            continue;
+        char left[64];
+        snprintf(left, sizeof left, "%s %s", options[i].name, options[i].arguments);
+        fprintf(to, "  %-20s %s\n", left, options[i].doc);
+    }
+}

@@ -1,0 +1,83 @@
+#ifndef PM_CLIENT_OPTIONS_H
+#define PM_CLIENT_OPTIONS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "backward/view.h"
+#include "base/error.h"
+#include "forward/photon.h"
+
+/* The command line: Radiance's option spellings where Radiance has one. */
+
+/* Bits, so that the table of options can say which verbs an option belongs to. */
+typedef enum pm_verb {
+    PM_VERB_RENDER = 1 << 0,
+    PM_VERB_TRACE = 1 << 1,
+    PM_VERB_MKPMAP = 1 << 2,
+    PM_VERB_RPICT = 1 << 3,
+    PM_VERB_RTRACE = 1 << 4,
+    PM_VERB_SCENE = 1 << 5,
+    PM_VERB_MAP = 1 << 6,
+    PM_VERB_JOB = 1 << 7,
+    PM_VERB_PMAPINFO = 1 << 8,
+} pm_verb;
+
+enum { PM_OUTPUTS_MAX = 8 };
+
+/* What was said about one kind of map. */
+typedef struct pm_map_option {
+    bool given;
+    uint64_t count;   /* render, trace, mkpmap: photons wanted */
+    uint32_t gather;  /* photons an estimate; 0 = the server's default */
+    const char *file; /* rpict, rtrace: read; mkpmap: written */
+} pm_map_option;
+
+typedef struct pm_options {
+    pm_verb verb;
+    const char *server;     /* --server or PM_SERVER; NULL: a private one */
+    const char *token_file; /* --token-file or PM_TOKEN_FILE */
+    bool quiet, verbose, help;
+    const char *operands[16]; /* words that are no options */
+    unsigned operand_count;
+
+    pm_map_option maps[PM_MAP_KINDS];
+    const char *detected_map; /* -ap FILE: its kind is read from the file */
+    uint32_t detected_gather;
+    int ambient_bounces; /* -ab */
+    pm_view view;
+    uint32_t x, y;
+    double pixel_aspect; /* -pa; 0: x by y as given */
+    uint32_t passes;
+    double seconds, error;
+    uint64_t seed;
+    uint32_t max_events; /* 0: the server's default */
+    uint32_t threads;
+    double progress_seconds;             /* -t */
+    bool overwrite;                      /* -fo */
+    bool irradiance;                     /* rtrace -I */
+    bool no_header;                      /* rtrace -h */
+    bool errors;                         /* trace --errors */
+    const char *outputs[PM_OUTPUTS_MAX]; /* -o */
+    unsigned output_count;
+} pm_options;
+
+/* Reads argv[0..argc) behind the verb. PM_E_RANGE, PM_E_MISSING or PM_E_UNSUPPORTED with a text
+ * that names the option and what would be right. Borrows argv. */
+PM_MUST_USE pm_status pm_options_parse(pm_verb verb, int argc, char **argv, pm_options *out,
+                                       pm_error *err);
+
+/* "100k" -> 100000; k, m, g are powers of 1000, as mkpmap has them. */
+PM_MUST_USE pm_status pm_count_parse(const char *text, uint64_t *out);
+
+/* "90", "90s", "1.5m", "2h" -> seconds. */
+PM_MUST_USE pm_status pm_seconds_parse(const char *text, double *out);
+
+/* "2%" or ".02" -> .02 */
+PM_MUST_USE pm_status pm_share_parse(const char *text, double *out);
+
+/* The options of a verb, a line each, from the same table that reads them. */
+void pm_options_print(pm_verb verb, FILE *to);
+
+#endif

@@ -1,0 +1,24 @@
+#ifndef PM_CLIENT_OUTPUT_H
+#define PM_CLIENT_OUTPUT_H
+
+#include <stdio.h>
+
+#include "base/error.h"
+
+/* A file that appears whole or not at all: written beside its place, then renamed. "-" is
+ * standard output. */
+typedef struct pm_output {
+    FILE *file;
+    char path[4096];
+    char temporary[4128]; /* "" for standard output */
+} pm_output;
+
+PM_MUST_USE pm_status pm_output_open(pm_output *output, const char *path, pm_error *err);
+
+/* Makes it last (fsync) and visible. On failure, a full disk included, nothing is left. */
+PM_MUST_USE pm_status pm_output_commit(pm_output *output, pm_error *err);
+
+/* Removes what was written. Does nothing after a commit. */
+void pm_output_abandon(pm_output *output);
+
+#endif
