@@ -81,7 +81,7 @@ uint32_t pm_hash_u32(uint32_t a, uint32_t b)
 
 double pm_sobol(uint32_t index, unsigned dimension, uint32_t scramble)
 {
-    const uint32_t(*sum)[256] = sums[dimension];
+    uint32_t(*sum)[256] = sums[dimension];
     uint32_t x = sum[0][index & 255] ^ sum[1][index >> 8 & 255];
     if (index >> 16)
         x ^= sum[2][index >> 16 & 255] ^ sum[3][index >> 24];
