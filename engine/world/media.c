@@ -3,6 +3,7 @@
 #include "base/maths.h"
 #include "base/warp.h"
 #include "world/material.h"
+#include "world/rays.h"
 
 /* ---- the list of volumes ---- */
 
@@ -53,20 +54,16 @@ static void left_along(const pm_world *world, pm_vec3 point, pm_vec3 direction, 
     pm_media entered = {0};
     left->count = 0;
     pm_ray ray = {point, direction, INFINITY, PM_NO_PRIMITIVE};
+    struct pm_ray_walk walk = {0};
     pm_hit hit;
-    /* a ray meets each shape twice at most: this ends whatever rounding does */
-    for (size_t i = 0; i <= 2 * world->shape_count; i++) {
-        if (!pm_world_intersect(world, &ray, &hit))
-            return;
+    while (pm_rays_next(world, &ray, &walk, &hit)) {
         uint32_t material = volume_of(world, hit.material);
-        if (world->materials[material].bounds_volume) {
-            uint16_t before = entered.count;
-            pm_media_cross(&entered, world, &hit, direction);
-            if (pm_vec3_dot(direction, hit.normal) >= 0 && entered.count == before)
-                enter(left, material);
-        }
-        ray.origin = hit.point;
-        ray.from = hit.surface;
+        if (!world->materials[material].bounds_volume)
+            continue;
+        uint16_t before = entered.count;
+        pm_media_cross(&entered, world, &hit, direction);
+        if (pm_vec3_dot(direction, hit.normal) >= 0 && entered.count == before)
+            enter(left, material);
     }
 }
 

@@ -1,0 +1,88 @@
+#include <math.h>
+
+#include "base/maths.h"
+#include "base/warp.h"
+#include "world/light.h"
+#include "world/lights.h"
+
+double pm_emission_share(const pm_emission *emission, double distance)
+{
+    return pm_lights_focus_share(emission->focus, distance);
+}
+
+/* A direction of the beam. The mean of `weight` over u, v is the projected solid angle. */
+static pm_vec3 beam_direction(const struct pm_material *spot, pm_vec3 normal, double u,
+                              double v, double *weight)
+{
+    pm_frame frame = pm_frame_make(spot->aim);
+    pm_vec3 off = pm_vec3_sub(normal, spot->aim);
+    if (pm_vec3_dot(off, off) > 0x1p-80) {
+        pm_vec3 w = pm_frame_to_world(&frame, pm_warp_cone(u, v, spot->versine));
+        *weight = 2 * PM_PI * spot->versine * fmax(pm_vec3_dot(w, normal), 0);
+        return w;
+    }
+    /* Straight ahead: cosine-weighted, sin^2 being uniform, so that all photons are equal. */
+    double square = spot->versine < 1 ? spot->versine * (2 - spot->versine) : 1;
+    double versine = u * square / (1 + sqrt(1 - u * square));
+    *weight = PM_PI * square;
+    return pm_frame_to_world(&frame, pm_warp_cone(1, v, versine));
+}
+
+static pm_vec3 lamp_direction(const struct pm_material *m, pm_vec3 normal, double u, double v,
+                              double *weight)
+{
+    if (m->type == PM_SPOTLIGHT)
+        return beam_direction(m, normal, u, v, weight);
+    pm_frame frame = pm_frame_make(normal);
+    *weight = PM_PI;
+    return pm_frame_to_world(&frame, pm_warp_cosine(u, v));
+}
+
+static void emit_from_surface(const pm_world *world, const struct pm_light *light,
+                              const double u[5], pm_emission *out)
+{
+    const struct pm_material *m = &world->materials[light->material];
+    const struct pm_shape *shape = &world->shapes[light->surface];
+    pm_vec3 normal;
+    double weight;
+    pm_shape_sample(shape, u[1], u[2], &out->origin, &normal);
+    out->direction = lamp_direction(m, normal, u[3], u[4], &weight);
+    out->from = light->surface;
+    out->focus = m->type == PM_SPOTLIGHT ? m->focus : 0;
+    out->flux = pm_rgb_scale(m->color, shape->area * weight / light->chance);
+}
+
+static void emit_from_distance(const pm_world *world, const struct pm_light *light,
+                               const double u[5], pm_emission *out)
+{
+    const struct pm_lights *l = world->lights;
+    const struct pm_material *m = &world->materials[light->material];
+    const struct pm_distant *source = &world->distants[light->distant];
+    pm_frame about_source = pm_frame_make(source->direction);
+    pm_vec3 up = pm_frame_to_world(&about_source, pm_warp_cone(u[3], u[4], source->versine));
+    pm_frame about_ray = pm_frame_make(up);
+    pm_vec3 place = pm_vec3_scale(pm_warp_disc(u[1], u[2]), l->radius);
+    place.z = l->radius * (1 + 0x1p-10); /* beyond every surface */
+    out->origin = pm_vec3_add(l->center, pm_frame_to_world(&about_ray, place));
+    out->direction = pm_vec3_negate(up);
+    out->from = PM_NO_PRIMITIVE;
+    out->focus = 0;
+    double solid_angle = 2 * PM_PI * source->versine, area = PM_PI * l->radius * l->radius;
+    out->flux = pm_rgb_scale(m->color, solid_angle * area / light->chance);
+    if (m->type == PM_GLOW && pm_lights_sky(world, up).lit)
+        out->flux = pm_rgb_grey(0);
+}
+
+bool pm_light_emit(const pm_world *world, const double u[5], pm_emission *out)
+{
+    const struct pm_lights *l = world->lights;
+    if (pm_rgb_is_black(l->power))
+        return false;
+    const struct pm_light *light = &l->lights[pm_lights_pick(l, u[0])];
+    if (light->surface == PM_NO_PRIMITIVE)
+        emit_from_distance(world, light, u, out);
+    else
+        emit_from_surface(world, light, u, out);
+    out->weak = pm_lights_is_weak(&world->materials[light->material]);
+    return true;
+}
