@@ -126,6 +126,13 @@ static void apply_focus(struct walk *walk)
     walk->flux = pm_rgb_scale(walk->flux, share);
 }
 
+/* Weak light that leaves through the front of an illum is in that illum's own light. */
+static bool is_stood_for(const struct walk *walk, const pm_hit *hit, pm_vec3 wi)
+{
+    bool weak = walk->emission.weak || walk->events;
+    return weak && pm_light_stands_in(walk->tracer->world, hit, wi);
+}
+
 static void deposit_on(struct walk *walk, const pm_hit *hit, const pm_surface *surface)
 {
     if (!walk->events || !pm_surface_is_diffuse(surface))
@@ -156,6 +163,10 @@ static bool meet_surface(struct walk *walk, const pm_hit *hit)
         apply_focus(walk);
     if (!count_event(walk, scatter.lobe))
         return false;
+    if (is_stood_for(walk, hit, scatter.wi)) {
+        add_to(&walk->recorder->absorbed, walk->flux);
+        return false;
+    }
     pm_rgb flux = pm_rgb_mul(walk->flux, scatter.weight);
     add_to(&walk->recorder->absorbed, absorbed_by(&surface, walk->flux, flux));
     if (!survives(walk, flux))
