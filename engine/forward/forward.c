@@ -68,7 +68,7 @@ static void finish_chunk(struct chunk *chunk, const struct pm_recorder *recorder
 /* Only the caller's own thread may ask whether to stop; it works through chunks as well. */
 static bool is_stopped(struct run *run, unsigned thread)
 {
-    if (thread == 0 && run->cancelled && run->cancelled(run->context)) {
+    if (thread == 0 && run->cancelled && !run->was_cancelled && run->cancelled(run->context)) {
         run->was_cancelled = true;
         atomic_store(&run->stop, true);
     }
