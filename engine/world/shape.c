@@ -20,7 +20,8 @@ double pm_shape_area(const struct pm_shape *shape)
 /* Half the extents of a disc of radius 1 with unit normal n. */
 static pm_vec3 disc_extent(pm_vec3 n)
 {
-    return pm_vec3_make(sqrt(fmax(0, (1 - n.x) * (1 + n.x))), sqrt(fmax(0, (1 - n.y) * (1 + n.y))),
+    return pm_vec3_make(sqrt(fmax(0, (1 - n.x) * (1 + n.x))),
+                        sqrt(fmax(0, (1 - n.y) * (1 + n.y))),
                         sqrt(fmax(0, (1 - n.z) * (1 + n.z))));
 }
 
@@ -31,8 +32,9 @@ static void include(pm_vec3 *low, pm_vec3 *high, pm_vec3 center, pm_vec3 extent)
     *high = pm_vec3_make(fmax(high->x, b.x), fmax(high->y, b.y), fmax(high->z, b.z));
 }
 
-void pm_shape_bounds(const struct pm_shape *s, pm_vec3 *low, pm_vec3 *high)
+void pm_shape_set_bounds(struct pm_shape *s)
 {
+    pm_vec3 *low = &s->low, *high = &s->high;
     *low = pm_vec3_make(INFINITY, INFINITY, INFINITY);
     *high = pm_vec3_negate(*low);
     if (s->type == PM_POLYGON) {
@@ -67,10 +69,9 @@ static bool ball_meets_cube(const struct pm_shape *s, pm_vec3 center, double hal
 
 bool pm_shape_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)
 {
-    pm_vec3 low, high;
-    pm_shape_bounds(s, &low, &high);
-    if (low.x > center.x + half || low.y > center.y + half || low.z > center.z + half ||
-        high.x < center.x - half || high.y < center.y - half || high.z < center.z - half)
+    if (s->low.x > center.x + half || s->low.y > center.y + half ||
+        s->low.z > center.z + half || s->high.x < center.x - half ||
+        s->high.y < center.y - half || s->high.z < center.z - half)
         return false;
     if (pm_shape_is_planar(s))
         return plane_meets_cube(s, center, half);
@@ -79,7 +80,8 @@ bool pm_shape_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)
 
 /* ---- points and normals ---- */
 
-/* From the axis of a cone to the point, at right angles to the axis; *along: where on the axis. */
+/* From the axis of a cone to the point, at right angles to the axis; *along: where on the axis.
+ */
 static pm_vec3 from_axis(const struct pm_shape *s, pm_vec3 point, double *along)
 {
     pm_vec3 v = pm_vec3_sub(point, s->center);
@@ -152,8 +154,8 @@ static pm_vec3 sample_polygon(const struct pm_shape *s, double u, double v)
     return pm_vec3_madd(pm_vec3_madd(a, root * (1 - v), ab), root * v, ac);
 }
 
-/* Radius with density in proportion to itself between r0 and r1, turned about the axis. For a cone
- * the place along the axis is (r - r0) / slope, written so that equal radii do no harm. */
+/* Radius with density in proportion to itself between r0 and r1, turned about the axis. For a
+ * cone the place along the axis is (r - r0) / slope, written so that equal radii do no harm. */
 static pm_vec3 sample_round(const struct pm_shape *s, double u, double v)
 {
     pm_frame frame = pm_frame_make(s->axis);
@@ -164,7 +166,8 @@ static pm_vec3 sample_round(const struct pm_shape *s, double u, double v)
     return pm_vec3_add(s->center, pm_frame_to_world(&frame, local));
 }
 
-void pm_shape_sample(const struct pm_shape *s, double u, double v, pm_vec3 *point, pm_vec3 *normal)
+void pm_shape_sample(const struct pm_shape *s, double u, double v, pm_vec3 *point,
+                     pm_vec3 *normal)
 {
     if (s->type == PM_POLYGON)
         *point = sample_polygon(s, u, v);
@@ -186,8 +189,8 @@ static int sorted(double a, double b, double t[2])
 }
 
 /* Haines, Guenther, Akenine-Moeller, "Precision improvements for ray/sphere intersection", Ray
- * Tracing Gems, ch. 7: the discriminant from the line's nearest approach to the centre, not from
- * the difference of two large squares. */
+ * Tracing Gems, ch. 7: the discriminant from the line's nearest approach to the centre, not
+ * from the difference of two large squares. */
 static int ball_roots(const struct pm_shape *s, pm_vec3 origin, pm_vec3 direction, bool on,
                       double t[2])
 {
@@ -219,8 +222,10 @@ static int quadratic_roots(double a, double b, double c, double t[2])
 }
 
 /* Where to put the line's zero so that the numbers that cancel are as small as the cone: at its
- * nearest approach to the axis, but within the sphere about the cone. False if it misses that. */
-static bool center_line(const struct pm_shape *s, pm_vec3 origin, pm_vec3 direction, double *start)
+ * nearest approach to the axis, but within the sphere about the cone. False if it misses that.
+ */
+static bool center_line(const struct pm_shape *s, pm_vec3 origin, pm_vec3 direction,
+                        double *start)
 {
     pm_vec3 middle = pm_vec3_madd(s->center, s->height / 2, s->axis);
     double widest = fmax(s->r0, s->r1);
@@ -238,7 +243,8 @@ static bool center_line(const struct pm_shape *s, pm_vec3 origin, pm_vec3 direct
 }
 
 /* Roots between the ends. */
-static int clip_to_ends(const struct pm_shape *s, int count, double along, double rate, double t[2])
+static int clip_to_ends(const struct pm_shape *s, int count, double along, double rate,
+                        double t[2])
 {
     int kept = 0;
     for (int i = 0; i < count; i++) {
@@ -262,7 +268,7 @@ static int cone_roots(const struct pm_shape *s, pm_vec3 origin, pm_vec3 directio
     double b = pm_vec3_dot(o, d) - k * dz * r;
     if (on) {
         /* the origin is on it: no need to ask whether it lies between the ends */
-        double other = -2 * b / a, far[1] = {other};
+        double other = -2 * b / a, far[2] = {other, 0};
         if (!isfinite(other) || !clip_to_ends(s, 1, z, dz, far)) {
             t[0] = 0;
             return 1;
@@ -277,7 +283,8 @@ static int cone_roots(const struct pm_shape *s, pm_vec3 origin, pm_vec3 directio
     return count;
 }
 
-int pm_shape_roots(const struct pm_shape *s, pm_vec3 origin, pm_vec3 direction, bool on, double t[2])
+int pm_shape_roots(const struct pm_shape *s, pm_vec3 origin, pm_vec3 direction, bool on,
+                   double t[2])
 {
     if (is_cone(s))
         return cone_roots(s, origin, direction, on, t);

@@ -8,8 +8,8 @@
 #include "base/vec3.h"
 #include "scene/scene.h"
 
-/* Exact shapes, in double and in world coordinates. Embree only proposes candidates; what is hit
- * and where is decided here and in rays.c. */
+/* Exact shapes, in double and in world coordinates. Embree only proposes candidates; what is
+ * hit and where is decided here and in rays.c. */
 
 /* A piece of a polygon: three indices into its vertices, wound as the polygon is. */
 struct pm_triangle {
@@ -28,14 +28,15 @@ struct pm_shape {
     bool flipped; /* axis is opposite to that of the group's first shape */
 
     /* polygon, ring: `axis` is the unit front normal, axis . p = offset the plane.
-     * sphere, bubble, ring: `center`. cone, cup, cylinder, tube: `center` of the first end, unit
-     * `axis` towards the second. */
+     * sphere, bubble, ring: `center`. cone, cup, cylinder, tube: `center` of the first end,
+     * unit `axis` towards the second. */
     pm_vec3 center, axis;
     double offset;
     double deviation; /* polygon: greatest distance of a vertex from the plane */
-    double r0, r1;    /* sphere: r0. ring: inner, outer. cones: at the first end, at the second */
-    double height;    /* cones: length of the axis */
-    double area;      /* of one side */
+    double r0, r1; /* sphere: r0. ring: inner, outer. cones: at the first end, at the second */
+    double height; /* cones: length of the axis */
+    double area;   /* of one side */
+    pm_vec3 low, high;
 
     /* polygon only; the memory belongs to the world */
     const pm_vec3 *vertices;
@@ -44,37 +45,39 @@ struct pm_shape {
     uint32_t vertex_count, triangle_count;
 };
 
-/* Where shapes are made: scene point p is at (p - center) / scale. Points closer than `tolerance`
- * are one point in the precision of the scene's numbers. */
+/* Where shapes are made: scene point p is at (p - center) / scale. Points closer than
+ * `tolerance` are one point in the precision of the scene's numbers. */
 struct pm_shape_frame {
     pm_vec3 center;
     double scale, tolerance;
 };
 
-/* Makes the shape of a surface primitive (not `source`). Negative radii turn a shape inside out, as
- * in Radiance. Vertices and triangles are put into the arena.
- * Errors at the primitive's place: PM_E_RANGE for what has no extent (zero radius, axis without
- * length, polygon without area, crossing edges), PM_E_MEMORY.
- * Source: Radiance reference manual; src/common/cone.c, face.c for radii and plane. */
+/* Makes the shape of a surface primitive (not `source`). Negative radii turn a shape inside
+ * out, as in Radiance. Vertices and triangles are put into the arena. Errors at the primitive's
+ * place: PM_E_RANGE for what has no extent (zero radius, axis without length, polygon without
+ * area, crossing edges), PM_E_MEMORY. Source: Radiance reference manual; src/common/cone.c,
+ * face.c for radii and plane. */
 PM_MUST_USE pm_status pm_shape_make(const pm_scene *scene, const pm_primitive *primitive,
                                     const struct pm_shape_frame *frame, pm_arena *arena,
                                     struct pm_shape *out, pm_error *err);
 
 /* Exact bounds of a surface primitive in scene units; for the world's cube. */
-PM_MUST_USE pm_status pm_shape_scene_bounds(const pm_scene *scene, const pm_primitive *primitive,
-                                            pm_vec3 *low, pm_vec3 *high, pm_error *err);
+PM_MUST_USE pm_status pm_shape_scene_bounds(const pm_scene *scene,
+                                            const pm_primitive *primitive, pm_vec3 *low,
+                                            pm_vec3 *high, pm_error *err);
 
-void pm_shape_bounds(const struct pm_shape *shape, pm_vec3 *low, pm_vec3 *high);
+/* Sets low and high. */
+void pm_shape_set_bounds(struct pm_shape *shape);
 
-/* False only if the shape misses the closed cube. Used for the octree: conservative, and the same
- * everywhere. */
+/* False only if the shape misses the closed cube. Used for the octree: conservative, and the
+ * same everywhere. */
 bool pm_shape_meets_cube(const struct pm_shape *shape, pm_vec3 center, double half);
 
 /* Area of one side [scale^2]. */
 double pm_shape_area(const struct pm_shape *shape);
 
-/* A point spread uniformly by area over the shape for u, v uniform in [0, 1), and the unit front
- * normal there. Test: shape_samples_are_uniform_by_area. */
+/* A point spread uniformly by area over the shape for u, v uniform in [0, 1), and the unit
+ * front normal there. Test: shape_samples_are_uniform_by_area. */
 void pm_shape_sample(const struct pm_shape *shape, double u, double v, pm_vec3 *point,
                      pm_vec3 *normal);
 
@@ -84,8 +87,8 @@ pm_vec3 pm_shape_normal(const struct pm_shape *shape, pm_vec3 point);
 /* The nearest point of the (unbounded) plane or quadric, for points within rounding of it. */
 pm_vec3 pm_shape_project(const struct pm_shape *shape, pm_vec3 point);
 
-/* Ascending distances at which a line meets a curved shape, 0 to 2 of them. With `on` the origin
- * lies on the shape: one root is then exactly 0, and the other free of cancellation (the
+/* Ascending distances at which a line meets a curved shape, 0 to 2 of them. With `on` the
+ * origin lies on the shape: one root is then exactly 0, and the other free of cancellation (the
  * quadratic is deflated). Test: quadrics_are_met_where_analysis_says. */
 int pm_shape_roots(const struct pm_shape *shape, pm_vec3 origin, pm_vec3 direction, bool on,
                    double t[2]);

@@ -175,8 +175,8 @@ static void find_plane(struct pm_shape *s)
     s->center = first;
     s->offset = pm_vec3_dot(s->axis, first) + height / s->vertex_count;
     for (uint32_t i = 0; i < s->vertex_count; i++)
-        s->deviation = fmax(s->deviation,
-                            fabs(pm_vec3_dot(s->axis, s->vertices[i]) - s->offset));
+        s->deviation =
+            fmax(s->deviation, fabs(pm_vec3_dot(s->axis, s->vertices[i]) - s->offset));
 }
 
 /* Along the axis nearest to the normal, so that the polygon turns counter-clockwise. Dropping a
@@ -199,7 +199,8 @@ static struct pm_point2 flatten(pm_vec3 p, pm_vec3 normal)
     return sign > 0 ? q : (struct pm_point2){q.y, q.x};
 }
 
-static pm_status triangulate(const struct maker *m, struct pm_triangle *triangles, double *inverted)
+static pm_status triangulate(const struct maker *m, struct pm_triangle *triangles,
+                             double *inverted)
 {
     struct pm_shape *s = m->shape;
     enum { FEW = 16 };
@@ -259,8 +260,8 @@ static pm_status make_polygon(const struct maker *m)
 }
 
 pm_status pm_shape_make(const pm_scene *scene, const pm_primitive *primitive,
-                        const struct pm_shape_frame *frame, pm_arena *arena, struct pm_shape *out,
-                        pm_error *err)
+                        const struct pm_shape_frame *frame, pm_arena *arena,
+                        struct pm_shape *out, pm_error *err)
 {
     struct pm_shape shape = {.type = primitive->type};
     struct maker m = {scene, primitive, frame, arena, &shape, err};
@@ -280,14 +281,17 @@ pm_status pm_shape_make(const pm_scene *scene, const pm_primitive *primitive,
         status = make_cone(&m);
         break;
     }
-    if (!status)
-        *out = shape;
-    return status;
+    if (status)
+        return status;
+    pm_shape_set_bounds(&shape);
+    *out = shape;
+    return PM_OK;
 }
 
 /* ---- bounds in scene units ---- */
 
-/* A power of two at least as great as every number: in its units nothing over- or underflows. */
+/* A power of two at least as great as every number: in its units nothing over- or underflows.
+ */
 static double unit_of(const double *reals, uint32_t count)
 {
     double most = 0;
@@ -309,8 +313,8 @@ static void polygon_bounds(const pm_primitive *primitive, pm_vec3 *low, pm_vec3 
     }
 }
 
-pm_status pm_shape_scene_bounds(const pm_scene *scene, const pm_primitive *primitive, pm_vec3 *low,
-                                pm_vec3 *high, pm_error *err)
+pm_status pm_shape_scene_bounds(const pm_scene *scene, const pm_primitive *primitive,
+                                pm_vec3 *low, pm_vec3 *high, pm_error *err)
 {
     if (primitive->type == PM_POLYGON) {
         polygon_bounds(primitive, low, high);
@@ -321,8 +325,7 @@ pm_status pm_shape_scene_bounds(const pm_scene *scene, const pm_primitive *primi
     pm_status status = pm_shape_make(scene, primitive, &frame, NULL, &shape, err);
     if (status)
         return status;
-    pm_shape_bounds(&shape, low, high);
-    *low = pm_vec3_scale(*low, frame.scale);
-    *high = pm_vec3_scale(*high, frame.scale);
+    *low = pm_vec3_scale(shape.low, frame.scale);
+    *high = pm_vec3_scale(shape.high, frame.scale);
     return PM_OK;
 }

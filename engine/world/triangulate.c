@@ -8,11 +8,11 @@
 /* What makes a corner an ear. Each level is tried only when the one before finds nothing; a
  * polygon whose edges do not cross needs the first two. */
 enum level {
-    CLEAR,      /* convex, no other corner in the closed triangle */
-    FLAT,       /* the corner lies on the line through its neighbours: nothing is cut off */
-    TOUCHED,    /* convex, no other corner strictly inside */
-    CONVEX,     /* convex */
-    ANY,        /* edges cross: cut anyway and report the inverted area */
+    CLEAR,   /* convex, no other corner in the closed triangle */
+    FLAT,    /* the corner lies on the line through its neighbours: nothing is cut off */
+    TOUCHED, /* convex, no other corner strictly inside */
+    CONVEX,  /* convex */
+    ANY,     /* edges cross: cut anyway and report the inverted area */
     LEVELS
 };
 
@@ -178,7 +178,8 @@ static bool enters_angle(const struct clipper *s, uint32_t p, struct pm_point2 a
            (orient(a, b, r) > 0 && orient(b, c, r) > 0);
 }
 
-static bool blocks(const struct clipper *s, uint32_t p, const struct pm_point2 abc[3], bool strict)
+static bool blocks(const struct clipper *s, uint32_t p, const struct pm_point2 abc[3],
+                   bool strict)
 {
     struct pm_point2 q = s->point[p], a = abc[0], b = abc[1], c = abc[2];
     if (equal(q, b))
@@ -349,8 +350,8 @@ static bool is_simple_case(const struct pm_point2 *p, uint32_t count, struct pm_
            orient(p[1], p[2], p[3]) > 0 && orient(p[1], p[3], p[0]) > 0;
 }
 
-pm_status pm_triangulate(const struct pm_point2 *points, uint32_t count, struct pm_triangle *out,
-                         uint32_t *made, double *inverted)
+pm_status pm_triangulate(const struct pm_point2 *points, uint32_t count,
+                         struct pm_triangle *out, uint32_t *made, double *inverted)
 {
     if (is_simple_case(points, count, out)) {
         *made = count - 2;

@@ -22,9 +22,9 @@ struct pm_distant {
     uint32_t material;
 };
 
-/* Antimatter goes by modifier, not by content: of two equal plastics it may list only one. So the
- * digest of a material that antimatter lists also covers the sorted digests of the antimatters
- * that list it (whose own digests cover the bare contents of what they list).
+/* Antimatter goes by modifier, not by content: of two equal plastics it may list only one. So
+ * the digest of a material that antimatter lists also covers the sorted digests of the
+ * antimatters that list it (whose own digests cover the bare contents of what they list).
  *
  * Which scene primitives the world's materials come from. Materials with equal digests (type,
  * arguments and references by content) are one; they are sorted by digest. Only those that a
@@ -41,8 +41,10 @@ struct pm_material_table {
 struct pm_world {
     pm_arena arena; /* everything below that is not said to be elsewhere */
 
-    pm_vec3 center; /* of the cube [scene units] */
-    double scale;   /* half its edge [scene units] */
+    pm_vec3 center;   /* of the cube [scene units] */
+    double scale;     /* half its edge [scene units] */
+    double tolerance; /* rounding of the scene's own numbers, seen from here: closer is
+                         coincident */
     pm_vec3 low, high;
     pm_digest hash;
     size_t octree_nodes;
@@ -60,9 +62,9 @@ struct pm_world {
     struct pm_material *materials;
     bool passes_straight; /* some used material has a straight part (glass, trans, antimatter,
                              illum with void) */
-    bool has_media;       /* some used material is a mist, an absorbing dielectric or antimatter */
+    bool has_media; /* some used material is a mist, an absorbing dielectric or antimatter */
 
-    struct pm_lights *lights; /* pm_lights_build, pm_lights_free (light.c) */
+    struct pm_lights *lights; /* pm_lights_build (light.c); freed with the arena */
     struct pm_rays *rays;     /* rays.c */
 };
 
@@ -75,12 +77,11 @@ PM_MUST_USE pm_status pm_materials_compile(pm_world *world, const pm_scene *scen
 
 /* light.c: called last; shapes, materials and distants are complete. */
 PM_MUST_USE pm_status pm_lights_build(pm_world *world, pm_error *err);
-void pm_lights_free(struct pm_lights *lights);
 size_t pm_lights_count(const pm_world *world); /* surfaces and distant sources that emit */
 
-/* surface.c: the part of the light that goes straight through the surface at a hit of a shadow ray
- * (from the receiver to the light) that `media` hold; black for what is opaque, refracting or
- * scattering. A ray that goes on crosses the media there (pm_media_cross). */
+/* surface.c: the part of the light that goes straight through the surface at a hit of a shadow
+ * ray (from the receiver to the light) that `media` hold; black for what is opaque, refracting
+ * or scattering. A ray that goes on crosses the media there (pm_media_cross). */
 pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, pm_vec3 direction,
                             const struct pm_media *media, bool weak);
 

@@ -1,0 +1,246 @@
+#include "world/identity.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/bytes.h"
+
+struct maker {
+    const pm_scene *scene;
+    struct pm_identity *out;
+    bool *needed;     /* [scene->count]: by a surface, or by a needed material */
+    pm_digest *bare;  /* [scene->count]: of needed materials, before antimatters count */
+    pm_digest *full;  /* [scene->count] */
+    pm_bytes scratch; /* what is being digested */
+};
+
+static bool is_kept_surface(const pm_primitive *p)
+{
+    return pm_primitive_is_surface(p->type) && p->modifier != PM_VOID;
+}
+
+static bool names_materials(const pm_primitive *p)
+{
+    return p->type == PM_ILLUM || p->type == PM_MIRROR || p->type == PM_ANTIMATTER;
+}
+
+/* Modifiers and references come before what names them, so one pass from the end does. */
+static void mark_needed(struct maker *m)
+{
+    for (size_t i = m->scene->count; i-- > 0;) {
+        const pm_primitive *p = &m->scene->primitives[i];
+        if (!is_kept_surface(p) && !m->needed[i])
+            continue;
+        if (p->modifier != PM_VOID)
+            m->needed[p->modifier] = true;
+        for (uint32_t k = 0; names_materials(p) && k < p->string_count; k++)
+            if (p->references[k] != PM_VOID)
+                m->needed[p->references[k]] = true;
+    }
+}
+
+/* ---- digests ---- */
+
+static void start(struct maker *m, const pm_primitive *p, const pm_digest *of_materials)
+{
+    static const pm_digest none = {{0}};
+    m->scratch.size = 0;
+    pm_bytes_text(&m->scratch, pm_primitive_type_name(p->type));
+    pm_bytes_u8(&m->scratch, 0);
+    const pm_digest *d = p->modifier == PM_VOID ? &none : &of_materials[p->modifier];
+    pm_bytes_append(&m->scratch, d->bytes, sizeof d->bytes);
+    pm_bytes_u32(&m->scratch, p->real_count);
+    for (uint32_t i = 0; i < p->real_count; i++)
+        pm_bytes_f64(&m->scratch, p->reals[i] + 0.0); /* -0 + 0 = 0 */
+}
+
+static pm_digest finish(struct maker *m)
+{
+    return pm_digest_of(m->scratch.data, m->scratch.size);
+}
+
+static pm_digest bare_digest(struct maker *m, const pm_primitive *p)
+{
+    static const pm_digest none = {{0}};
+    start(m, p, m->bare);
+    for (uint32_t k = 0; names_materials(p) && k < p->string_count; k++) {
+        const pm_digest *d = p->references[k] == PM_VOID ? &none : &m->bare[p->references[k]];
+        pm_bytes_append(&m->scratch, d->bytes, sizeof d->bytes);
+    }
+    return finish(m);
+}
+
+static int by_digest(const void *a, const void *b)
+{
+    return pm_digest_compare(a, b);
+}
+
+/* Pairs (listed material, antimatter's digest). */
+struct listing {
+    int32_t material;
+    pm_digest antimatter;
+};
+
+static int by_material(const void *a, const void *b)
+{
+    const struct listing *x = a, *y = b;
+    if (x->material != y->material)
+        return x->material < y->material ? -1 : 1;
+    return pm_digest_compare(&x->antimatter, &y->antimatter);
+}
+
+static size_t collect_listings(const struct maker *m, struct listing *out)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < m->scene->count; i++) {
+        const pm_primitive *p = &m->scene->primitives[i];
+        if (p->type != PM_ANTIMATTER || !m->needed[i])
+            continue;
+        for (uint32_t k = 0; k < p->string_count; k++, count++)
+            if (out)
+                out[count] = (struct listing){p->references[k], m->bare[i]};
+    }
+    return count;
+}
+
+/* Antimatter goes by modifier, not by content: of two equal plastics it may list only one. */
+static bool add_antimatters(struct maker *m)
+{
+    size_t count = collect_listings(m, NULL);
+    struct listing *all = pm_arena_array(&m->out->arena, count, sizeof *all);
+    if (!all)
+        return false;
+    collect_listings(m, all);
+    qsort(all, count, sizeof *all, by_material);
+    for (size_t i = 0; i < count;) {
+        int32_t material = all[i].material;
+        m->scratch.size = 0;
+        if (material != PM_VOID)
+            pm_bytes_append(&m->scratch, m->bare[material].bytes, sizeof(pm_digest));
+        for (; i < count && all[i].material == material; i++)
+            pm_bytes_append(&m->scratch, all[i].antimatter.bytes, sizeof(pm_digest));
+        if (material != PM_VOID)
+            m->full[material] = finish(m);
+    }
+    return true;
+}
+
+static bool digest_materials(struct maker *m)
+{
+    for (size_t i = 0; i < m->scene->count; i++)
+        if (m->needed[i])
+            m->bare[i] = m->full[i] = bare_digest(m, &m->scene->primitives[i]);
+    return add_antimatters(m);
+}
+
+/* ---- sorted lists ---- */
+
+struct entry {
+    pm_digest digest; /* first: by_digest compares entries too */
+    uint32_t primitive;
+};
+
+static bool list_materials(struct maker *m)
+{
+    pm_arena *arena = &m->out->arena;
+    size_t needed = 0, count = 0;
+    for (size_t i = 0; i < m->scene->count; i++)
+        needed += m->needed[i];
+    struct entry *entries = pm_arena_array(arena, needed, sizeof *entries);
+    uint32_t *primitive = pm_arena_array(arena, needed, sizeof *primitive);
+    pm_digest *digest = pm_arena_array(arena, needed, sizeof *digest);
+    uint32_t *of_primitive = pm_arena_array(arena, m->scene->count, sizeof *of_primitive);
+    if (!entries || !primitive || !digest || !of_primitive)
+        return false;
+    memset(of_primitive, 0xFF, m->scene->count * sizeof *of_primitive);
+    for (uint32_t i = 0, k = 0; i < m->scene->count; i++)
+        if (m->needed[i])
+            entries[k++] = (struct entry){m->full[i], i};
+    qsort(entries, needed, sizeof *entries, by_digest);
+    for (size_t i = 0; i < needed; i++) {
+        if (count == 0 || !pm_digest_equal(&digest[count - 1], &entries[i].digest)) {
+            primitive[count] = entries[i].primitive;
+            digest[count++] = entries[i].digest;
+        }
+        of_primitive[entries[i].primitive] = (uint32_t)(count - 1);
+    }
+    m->out->materials = (struct pm_material_table){count, primitive, digest, of_primitive};
+    return true;
+}
+
+static size_t digest_surfaces(struct maker *m, bool distant, struct entry *out)
+{
+    size_t count = 0;
+    for (uint32_t i = 0; i < m->scene->count; i++) {
+        const pm_primitive *p = &m->scene->primitives[i];
+        if (!is_kept_surface(p) || (p->type == PM_SOURCE) != distant)
+            continue;
+        start(m, p, m->full);
+        out[count++] = (struct entry){finish(m), i};
+    }
+    qsort(out, count, sizeof *out, by_digest);
+    return count;
+}
+
+static bool list_surfaces(struct maker *m)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < m->scene->count; i++)
+        count += is_kept_surface(&m->scene->primitives[i]);
+    struct entry *entries = malloc((count + 1) * sizeof *entries);
+    m->out->surfaces = pm_arena_array(&m->out->arena, count, sizeof *m->out->surfaces);
+    m->out->digests = pm_arena_array(&m->out->arena, count, sizeof *m->out->digests);
+    bool ready = entries && m->out->surfaces && m->out->digests;
+    if (ready) {
+        m->out->local_count = digest_surfaces(m, false, entries);
+        m->out->distant_count = digest_surfaces(m, true, entries + m->out->local_count);
+        for (size_t i = 0; i < count; i++) {
+            m->out->surfaces[i] = entries[i].primitive;
+            m->out->digests[i] = entries[i].digest;
+        }
+    }
+    free(entries);
+    return ready;
+}
+
+static bool maker_init(struct maker *m)
+{
+    size_t count = m->scene->count;
+    m->needed = calloc(count + 1, sizeof *m->needed);
+    m->bare = calloc(count + 1, sizeof *m->bare);
+    m->full = calloc(count + 1, sizeof *m->full);
+    return m->needed && m->bare && m->full;
+}
+
+static void maker_clear(struct maker *m)
+{
+    free(m->needed);
+    free(m->bare);
+    free(m->full);
+    pm_bytes_clear(&m->scratch);
+}
+
+pm_status pm_identity_make(const pm_scene *scene, struct pm_identity *out, pm_error *err)
+{
+    struct pm_identity identity = {0};
+    struct maker m = {.scene = scene, .out = &identity};
+    bool made = maker_init(&m);
+    if (made) {
+        mark_needed(&m);
+        made = digest_materials(&m) && list_materials(&m) && list_surfaces(&m) &&
+               !pm_bytes_status(&m.scratch);
+    }
+    maker_clear(&m);
+    if (!made) {
+        pm_identity_clear(&identity);
+        return pm_error_set(err, PM_E_MEMORY, "no memory for the digests of %zu primitives",
+                            scene->count);
+    }
+    *out = identity;
+    return PM_OK;
+}
+
+void pm_identity_clear(struct pm_identity *identity)
+{
+    pm_arena_clear(&identity->arena);
+}

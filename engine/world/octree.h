@@ -1,0 +1,15 @@
+#ifndef PM_WORLD_OCTREE_H
+#define PM_WORLD_OCTREE_H
+
+#include "world/world_internal.h"
+
+/* The Merkle tree over the world's cube, divided as Radiance's oconv divides: a cube that meets
+ * more than 6 surfaces (-n) is cut into eight, down to 1/2^14 of the edge (-r). It stops three
+ * levels below a cube that holds the same set of surfaces, since those cannot be parted
+ * (coincident polygons, an edge that many share). leaf  SHA-256('L', digests of the surfaces
+ * that it meets, ascending) node  SHA-256('N', digests of its eight children, x fastest, then
+ * y, then z) root  SHA-256("photon map scene 1", cube, top node, digests of distant sources,
+ * ascending) Sets world->hash and world->octree_nodes. Tests: digest_* in test_octree.c. */
+PM_MUST_USE pm_status pm_octree_build(pm_world *world, pm_error *err);
+
+#endif

@@ -1,0 +1,193 @@
+#include "world/world.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/maths.h"
+#include "base/warp.h"
+#include "world/cube.h"
+#include "world/identity.h"
+#include "world/light.h"
+#include "world/material.h"
+#include "world/octree.h"
+#include "world/rays.h"
+#include "world/twins.h"
+#include "world/world_internal.h"
+
+static pm_status no_memory(pm_error *err)
+{
+    return pm_error_set(err, PM_E_MEMORY, "no memory for the scene's surfaces");
+}
+
+/* Both lists are in digest order already. */
+static pm_status copy_digests(pm_world *world, const struct pm_identity *identity,
+                              pm_error *err)
+{
+    size_t count = identity->local_count + identity->distant_count;
+    pm_digest *digests = pm_arena_array(&world->arena, count, sizeof *digests);
+    if (!digests)
+        return no_memory(err);
+    memcpy(digests, identity->digests, count * sizeof *digests);
+    world->shape_digests = digests;
+    world->distant_digests = digests + identity->local_count;
+    return PM_OK;
+}
+
+/* In file order, so that the first bad primitive of the file is the one that is named. */
+static pm_status make_shapes(pm_world *world, const pm_scene *scene,
+                             const struct pm_identity *identity, pm_error *err)
+{
+    const struct pm_shape_frame frame = {world->center, world->scale, world->tolerance};
+    uint32_t *place = malloc((scene->count + 1) * sizeof *place);
+    world->shapes = pm_arena_array(&world->arena, identity->local_count, sizeof *world->shapes);
+    pm_status status = place && world->shapes ? PM_OK : no_memory(err);
+    if (!status)
+        memset(place, 0xFF, scene->count * sizeof *place);
+    for (uint32_t i = 0; !status && i < identity->local_count; i++)
+        place[identity->surfaces[i]] = i;
+    for (size_t i = 0; !status && i < scene->count; i++) {
+        const pm_primitive *p = &scene->primitives[i];
+        if (place[i] == PM_NO_PRIMITIVE)
+            continue;
+        struct pm_shape *shape = &world->shapes[place[i]];
+        status = pm_shape_make(scene, p, &frame, &world->arena, shape, err);
+        shape->material = identity->materials.of_primitive[p->modifier];
+    }
+    free(place);
+    world->shape_count = identity->local_count;
+    return status;
+}
+
+static pm_status make_distant(const pm_scene *scene, const pm_primitive *p,
+                              struct pm_distant *out, pm_error *err)
+{
+    double x = p->reals[0], y = p->reals[1], z = p->reals[2], angle = p->reals[3];
+    double most = fmax(fabs(x), fmax(fabs(y), fabs(z)));
+    const char *file = scene->files[p->file];
+    if (!(most > 0))
+        return pm_error_set_at(err, PM_E_RANGE, file, p->line, p->column,
+                               "source %s has a direction of length 0", p->name);
+    if (!(angle > 0 && angle <= 360))
+        return pm_error_set_at(
+            err, PM_E_RANGE, file, p->line, p->column,
+            "source %s has an angle of %g degrees; it must be above 0 and at "
+            "most 360",
+            p->name, angle);
+    out->direction = pm_vec3_normalize(pm_vec3_make(x / most, y / most, z / most));
+    out->half_angle = angle / 360 * PM_PI;
+    out->versine = pm_versine(out->half_angle);
+    return PM_OK;
+}
+
+static pm_status make_distants(pm_world *world, const pm_scene *scene,
+                               const struct pm_identity *identity, pm_error *err)
+{
+    world->distants =
+        pm_arena_array(&world->arena, identity->distant_count, sizeof *world->distants);
+    if (!world->distants)
+        return no_memory(err);
+    for (size_t i = 0; i < identity->distant_count; i++) {
+        const pm_primitive *p =
+            &scene->primitives[identity->surfaces[identity->local_count + i]];
+        pm_status status = make_distant(scene, p, &world->distants[i], err);
+        if (status)
+            return status;
+        world->distants[i].material = identity->materials.of_primitive[p->modifier];
+    }
+    world->distant_count = identity->distant_count;
+    return PM_OK;
+}
+
+static pm_status compile(pm_world *world, const pm_scene *scene,
+                         const struct pm_identity *identity, pm_error *err)
+{
+    if (identity->local_count + identity->distant_count == 0)
+        return pm_error_set(err, PM_E_RANGE,
+                            "the scene has no surface and no source with a material; there is "
+                            "nothing to see");
+    pm_status status = pm_cube_choose(world, scene, identity, err);
+    if (!status)
+        status = copy_digests(world, identity, err);
+    if (!status)
+        status = pm_materials_compile(world, scene, &identity->materials, err);
+    if (!status)
+        status = make_shapes(world, scene, identity, err);
+    if (!status)
+        status = make_distants(world, scene, identity, err);
+    if (!status)
+        status = pm_octree_build(world, err);
+    if (!status)
+        status = pm_twins_find(world, err);
+    if (!status)
+        status = pm_rays_build(world, err);
+    if (!status)
+        status = pm_lights_build(world, err);
+    return status;
+}
+
+pm_status pm_world_compile(const pm_scene *scene, pm_world **out, pm_error *err)
+{
+    pm_world *world = calloc(1, sizeof *world);
+    if (!world)
+        return no_memory(err);
+    struct pm_identity identity = {0};
+    pm_status status = pm_identity_make(scene, &identity, err);
+    if (!status)
+        status = compile(world, scene, &identity, err);
+    pm_identity_clear(&identity);
+    if (status)
+        pm_world_free(world);
+    else
+        *out = world;
+    return status;
+}
+
+void pm_world_free(pm_world *world)
+{
+    if (!world)
+        return;
+    pm_rays_free(world->rays);
+    pm_arena_clear(&world->arena);
+    free(world);
+}
+
+pm_digest pm_world_hash(const pm_world *world)
+{
+    return world->hash;
+}
+
+const pm_digest *pm_world_surface_digest(const pm_world *world, uint32_t surface)
+{
+    return &world->shape_digests[surface];
+}
+
+void pm_world_info_get(const pm_world *world, pm_world_info *out)
+{
+    /* one factor after the other: a square might overflow and make 0 * infinity of black */
+    pm_rgb power = pm_rgb_scale(pm_light_total_power(world), world->scale);
+    *out = (pm_world_info){.center = world->center,
+                           .scale = world->scale,
+                           .low = world->low,
+                           .high = world->high,
+                           .surfaces = world->shape_count,
+                           .lights = pm_lights_count(world),
+                           .power = pm_rgb_scale(power, world->scale),
+                           .octree_nodes = world->octree_nodes};
+    for (size_t i = 0; i < world->shape_count; i++) {
+        const struct pm_material *m = &world->materials[world->shapes[i].material];
+        out->specular_surfaces += pm_material_is_specular(m);
+        out->diffuse_surfaces += pm_material_is_diffuse(m);
+        out->mist_surfaces += pm_material_is_mist(m);
+    }
+}
+
+pm_vec3 pm_world_from_scene(const pm_world *world, pm_vec3 scene_point)
+{
+    return pm_vec3_scale(pm_vec3_sub(scene_point, world->center), 1 / world->scale);
+}
+
+pm_vec3 pm_world_to_scene(const pm_world *world, pm_vec3 world_point)
+{
+    return pm_vec3_madd(world->center, world->scale, world_point);
+}
