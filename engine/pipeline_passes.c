@@ -41,16 +41,17 @@ static double probe_radius(const pm_photon_map *map, pm_photon_filter filter,
     size_t found = 0, count = map ? pm_photon_map_count(map) : 0;
     bool volume = map && pm_photon_map_header(map)->kind == PM_MAP_VOLUME;
     for (size_t i = 0; i < RADIUS_PROBES && count; i++) {
-        const pm_photon *photon = &pm_photon_map_photons(map)[i * count / RADIUS_PROBES];
-        bool specular = photon->flags & PM_PHOTON_SPECULAR;
+        pm_photon photon;
+        pm_photon_map_photon(map, i * count / RADIUS_PROBES, &photon);
+        bool specular = photon.flags & PM_PHOTON_SPECULAR;
         if (!volume && specular != (filter == PM_PHOTONS_SPECULAR))
             continue;
-        pm_vec3 point = pm_photon_position(photon);
-        pm_estimate estimate = volume
-                                   ? pm_photon_map_volume(map, point, (pm_vec3){0, 0, 1}, 0,
-                                                          gather_count, INFINITY)
-                                   : pm_photon_map_nearest(map, point, pm_photon_normal(photon),
-                                                           gather_count, INFINITY, filter);
+        pm_vec3 point = pm_photon_position(&photon);
+        pm_estimate estimate =
+            volume ? pm_photon_map_volume(map, point, (pm_vec3){0, 0, 1}, 0, gather_count,
+                                          INFINITY)
+                   : pm_photon_map_nearest(map, point, pm_photon_normal(&photon), gather_count,
+                                           INFINITY, filter);
         if (estimate.radius > 0)
             radii[found++] = estimate.radius;
     }

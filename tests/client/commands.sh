@@ -1,0 +1,58 @@
+#!/bin/sh
+# Each verb does its work over a private server, and the cache serves the second view.
+. "$(dirname "$0")/common.sh"
+pm="$bin/pmclient"
+view="-vp 0 -.9 1 -vd 0 1 -.3 -x 24 -y 24"
+
+expect 0 "wrote box.gpm" "$pm" mkpmap -apg box.gpm 5k -apc box.cpm 2k box.rad
+expect 0 "Kind:         global" "$pm" pmapinfo box.gpm
+expect 0 "mkpmap -apg box.gpm 5k" "$pm" pmapinfo box.gpm
+expect 0 "Kind:         caustic" "$pm" pmapinfo box.cpm
+
+# The wanted count within 2 %.
+photons=$("$pm" pmapinfo box.gpm | sed -n 's/^Photons: *//p')
+[ "$photons" -ge 4900 ] && [ "$photons" -le 5100 ] || fail "$photons photons instead of 5000"
+
+# shellcheck disable=SC2086 # the view is a list of words
+"$pm" rpict -ab 1 -apg box.gpm 50 -apc box.cpm 50 $view box.rad >box.hdr
+head -c 10 box.hdr | grep -q '#?RADIANCE' || fail "rpict wrote no Radiance picture"
+grep -aq '^VIEW=' box.hdr || fail "the picture has no VIEW line"
+"$pm" rpict -ap box.gpm 50 -ab -1 $view box.rad >again.hdr || fail "rpict -ap"
+
+expect 0 "cache: hit" "$pm" render box.rad $view -apg 5k 50 -apc 2k 50 -o a.exr
+expect 0 "cache: miss" "$pm" render box.rad $view -apr 3 -apg 5k 50 -o b.exr -o b.hdr -o b.png
+expect 0 "cache: hit" "$pm" render box.rad $view -apr 3 -apg 5k 50 -o c.exr
+expect 0 "cache: extended" "$pm" render box.rad $view -apr 3 -apg 300k 50 --passes 1 -o d.exr
+[ -s b.exr ] && [ -s b.hdr ] && [ -s b.png ] || fail "pictures are missing"
+
+# Values at points: a line a point, in order, the same for any number of threads.
+printf '0.7 0.7 0  0 0 1\n\n0 0 0  0 0 1\n' >points.txt
+"$pm" trace box.rad --passes 8 <points.txt >values.txt
+[ "$(wc -l <values.txt)" = 2 ] || fail "trace: two points, $(wc -l <values.txt) lines"
+[ "$(awk '{print NF}' values.txt | sort -u)" = 3 ] || fail "trace: not three columns"
+awk '{ if (!($1 > 0)) exit 1 }' values.txt || fail "trace: dark points"
+"$pm" trace box.rad --passes 8 -n 1 <points.txt | cmp - values.txt || fail "threads change values"
+"$pm" trace box.rad --passes 8 --errors <points.txt | awk 'NF != 6 {exit 1}' || fail "--errors"
+"$pm" rtrace -I -h -ab -1 -apg box.gpm 50 box.rad <points.txt | awk 'NF != 3 {exit 1}' || fail "rtrace"
+"$pm" rtrace -I -apg box.gpm box.rad <points.txt | head -1 | grep -q '^#?RADIANCE' || fail "header"
+
+# Without a glass ball there is no caustic map, and that is an answer.
+grep -v ball box.rad >plain.rad
+expect 0 "plain.cpm: " "$pm" mkpmap -apc plain.cpm 1k plain.rad
+expect 0 "Photons:      0" "$pm" pmapinfo plain.cpm
+
+key=$("$pm" map list | head -1 | cut -d ' ' -f 1)
+expect 0 "$key" "$pm" map info "$key"
+expect 0 "" "$pm" map fetch "$key" -o fetched.map
+expect 0 "Kind:" "$pm" pmapinfo fetched.map
+job=$("$pm" job list | head -1 | cut -d ' ' -f 1)
+expect 0 "$job" "$pm" job show "$job"
+
+# A scene on standard input, and !xform of a file beside it.
+echo '!xform -t 5 0 0 box.rad' >moved.rad
+echo '4.3 .7 0  0 0 1' | "$pm" trace moved.rad --passes 2 | awk '{ if (!($1 > 0)) exit 1 }' || fail "xform"
+
+# The last client takes the server with it.
+sleep 1
+[ ! -S "$PM_STORE.sock" ] || ! fuser "$PM_STORE.sock" 2>/dev/null || fail "the server stayed"
+echo "$passed passed, 0 failed"

@@ -1,0 +1,45 @@
+# What the scripts share. Call: sh SCRIPT BIN_FOLDER SOURCE_FOLDER
+set -eu
+bin=$1
+source=$2
+work=$(mktemp -d /tmp/pm_test_XXXXXX)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+PM_STORE=$work/store.sqlite
+export PM_STORE
+unset PM_SERVER PM_TOKEN_FILE 2>/dev/null || true
+passed=0
+
+fail()
+{
+    echo "FAILED: $*" >&2
+    exit 1
+}
+
+# expect STATUS TEXT COMMAND...: the command ends with the status and says the text.
+expect()
+{
+    wanted=$1
+    text=$2
+    shift 2
+    status=0
+    "$@" >out.txt 2>err.txt </dev/null || status=$?
+    [ "$status" = "$wanted" ] || fail "$*: status $status instead of $wanted: $(cat err.txt)"
+    cat out.txt err.txt | grep -qF -- "$text" || fail "$*: says '$(cat err.txt)', not '$text'"
+    passed=$((passed + 1))
+}
+
+# A closed grey box of 2 m with a lamp and a glass ball.
+cat >box.rad <<'SCENE'
+void plastic grey 0 0 5 .5 .5 .5 0 0
+void light lamp 0 0 3 10 10 10
+void dielectric glass 0 0 5 1 1 1 1.5 0
+grey polygon floor 0 0 12  -1 -1 0  1 -1 0  1 1 0  -1 1 0
+grey polygon ceiling 0 0 12  -1 -1 2  -1 1 2  1 1 2  1 -1 2
+grey polygon west 0 0 12  -1 -1 0  -1 1 0  -1 1 2  -1 -1 2
+grey polygon east 0 0 12  1 -1 0  1 -1 2  1 1 2  1 1 0
+grey polygon south 0 0 12  -1 -1 0  -1 -1 2  1 -1 2  1 -1 0
+grey polygon north 0 0 12  -1 1 0  1 1 0  1 1 2  -1 1 2
+lamp polygon panel 0 0 12  -.2 -.2 1.99  -.2 .2 1.99  .2 .2 1.99  .2 -.2 1.99
+glass sphere ball 0 0 4  0 0 .7 .3
+SCENE

@@ -1,0 +1,208 @@
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "job_request.h"
+#include "options.h"
+
+enum { WORDS_MAX = 16 };
+
+/* Splits at spaces, in place. */
+static int split(char *text, char *words[WORDS_MAX])
+{
+    int count = 0;
+    for (char *word = strtok(text, " "); word; word = strtok(NULL, " "))
+        words[count++] = word;
+    return count;
+}
+
+static pm_status parse(pm_verb verb, const char *line, pm_options *out, pm_error *err)
+{
+    static char text[512];
+    char *words[WORDS_MAX];
+    snprintf(text, sizeof text, "%s", line);
+    int count = split(text, words);
+    return pm_options_parse(verb, count, words, out, err);
+}
+
+static const char *kind_of(pm_verb verb)
+{
+    if (verb == PM_VERB_MKPMAP)
+        return "map";
+    return verb & (PM_VERB_TRACE | PM_VERB_RTRACE) ? "trace" : "render";
+}
+
+/* The request that a command line makes; map files get the digest of their names. */
+static char *request_of(pm_verb verb, const char *line)
+{
+    pm_options options;
+    pm_error err = PM_ERROR_INIT;
+    pm_attachments attachments = {.scene = "scene"};
+    if (parse(verb, line, &options, &err))
+        fail_msg("%s: %s", line, err.text);
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        const char *file = verb == PM_VERB_MKPMAP ? NULL : options.maps[kind].file;
+        attachments.has_map[kind] = file;
+        if (file)
+            attachments.map[kind] = pm_digest_of(file, strlen(file));
+    }
+    attachments.has_points = !strcmp(kind_of(verb), "trace");
+    unsigned formats = strcmp(kind_of(verb), "render") ? 0 : PM_WANT_HDR;
+    pm_json *json = pm_job_request(&options, kind_of(verb), &attachments, formats, "typed");
+    assert_non_null(json);
+    char *text = pm_json_text(json);
+    pm_json_free(json);
+    return text;
+}
+
+/* Each option that bears on the answer changes what the server is asked. */
+static void accepted_options_change_the_request(void **state)
+{
+    (void)state;
+    static const struct {
+        pm_verb verb;
+        const char *without, *with;
+    } table[] = {
+        {PM_VERB_RENDER, "a.rad", "a.rad -apg 10k"},
+        {PM_VERB_RENDER, "a.rad -apg 10k", "a.rad -apg 20k"},
+        {PM_VERB_RENDER, "a.rad -apg 10k", "a.rad -apg 10k 50"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -apc 10k"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -apv 10k"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -ab -1"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -vp 1 2 3"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -vd 1 2 3"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -vu 1 2 3"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -vh 30"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -vv 30"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -x 99"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -y 99"},
+        {PM_VERB_RENDER, "a.rad -x 99", "a.rad -x 99 -pa 0"},
+        {PM_VERB_RENDER, "a.rad", "a.rad --passes 3"},
+        {PM_VERB_RENDER, "a.rad", "a.rad --time 3m"},
+        {PM_VERB_RENDER, "a.rad", "a.rad --error 3%"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -apr 7"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -apm 7"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -n 2"},
+        {PM_VERB_MKPMAP, "-apg f 10k a.rad", "-apg f 11k a.rad"},
+        {PM_VERB_MKPMAP, "-apg f 10k a.rad", "-apg f 10k -apc g 10k a.rad"},
+        {PM_VERB_MKPMAP, "-apg f 10k a.rad", "-apg f 10k -apv g 10k a.rad"},
+        {PM_VERB_MKPMAP, "-apg f 10k a.rad", "-apg f 10k -lr 7 a.rad"},
+        {PM_VERB_RPICT, "a.rad", "-apg f a.rad"},
+        {PM_VERB_RPICT, "-apg f a.rad", "-apg g a.rad"},
+        {PM_VERB_RPICT, "-apg f a.rad", "-apg f 50 a.rad"},
+        {PM_VERB_RPICT, "a.rad", "-apc f 50 a.rad"},
+        {PM_VERB_RPICT, "a.rad", "-apv f 50 a.rad"},
+        {PM_VERB_RPICT, "a.rad", "-ab 1 a.rad"},
+        {PM_VERB_RTRACE, "a.rad", "-I a.rad"},
+        {PM_VERB_TRACE, "a.rad", "a.rad -apg 1k"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char *without = request_of(table[i].verb, table[i].without);
+        char *with = request_of(table[i].verb, table[i].with);
+        if (!strcmp(without, with))
+            fail_msg("`%s` asks the same as `%s`", table[i].with, table[i].without);
+        free(without);
+        free(with);
+    }
+}
+
+static void ambient_bounces_default_as_each_verb_promises(void **state)
+{
+    (void)state;
+    pm_options options;
+    assert_int_equal(parse(PM_VERB_RENDER, "a.rad", &options, NULL), PM_OK);
+    assert_int_equal(options.ambient_bounces, 1);
+    assert_int_equal(parse(PM_VERB_RTRACE, "a.rad", &options, NULL), PM_OK);
+    assert_int_equal(options.ambient_bounces, 0);
+}
+
+static void refused_options_say_why(void **state)
+{
+    (void)state;
+    static const struct {
+        pm_verb verb;
+        const char *line, *text;
+    } table[] = {
+        {PM_VERB_RPICT, "-apcb f 50 500 a.rad", "bias compensation"},
+        {PM_VERB_RPICT, "-apc f 50 500 a.rad", "bias compensation"},
+        {PM_VERB_MKPMAP, "-app f 10k 50 a.rad", "precomputed photons"},
+        {PM_VERB_MKPMAP, "-apo window a.rad", "ports"},
+        {PM_VERB_RPICT, "-ad 512 a.rad", "--passes"},
+        {PM_VERB_RPICT, "-dj .5 a.rad", "sampled a point a pass"},
+        {PM_VERB_RPICT, "-frobnicate a.rad", "unknown option"},
+        {PM_VERB_MKPMAP, "-vp 0 0 1 a.rad", "has no meaning here"},
+        {PM_VERB_RENDER, "a.rad -x 0", "-x 0: must be pixels"},
+        {PM_VERB_RENDER, "a.rad -x 1.5", "-x 1.5"},
+        {PM_VERB_RENDER, "a.rad -x nan", "-x nan"},
+        {PM_VERB_RENDER, "a.rad -x", "-x: pixels is missing"},
+        {PM_VERB_RENDER, "a.rad -vp 1 2", "-vp: three numbers"},
+        {PM_VERB_RENDER, "a.rad -vp 1 2 inf", "-vp inf"},
+        {PM_VERB_RENDER, "a.rad -apg 0", "-apg 0"},
+        {PM_VERB_RENDER, "a.rad -apg 10q", "-apg 10q"},
+        {PM_VERB_RENDER, "a.rad --time 0s", "--time 0s"},
+        {PM_VERB_RENDER, "a.rad --error 200%", "--error 200%"},
+        {PM_VERB_RENDER, "a.rad -ab 1.5", "-ab 1.5"},
+        {PM_VERB_RENDER, "a.rad -vtl", "-vtl"},
+        {PM_VERB_RENDER, "a.rad --vf /nonexistent/view.vf", "/nonexistent/view.vf"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        pm_options options;
+        pm_error err = PM_ERROR_INIT;
+        char text[1200];
+        assert_int_not_equal(parse(table[i].verb, table[i].line, &options, &err), PM_OK);
+        pm_error_format(&err, text, sizeof text);
+        if (!strstr(text, table[i].text))
+            fail_msg("`%s` says: %s", table[i].line, text);
+    }
+}
+
+static void counts_take_suffixes(void **state)
+{
+    (void)state;
+    uint64_t count = 0;
+    assert_int_equal(pm_count_parse("10k", &count), PM_OK);
+    assert_int_equal(count, 10000);
+    assert_int_equal(pm_count_parse("1.5M", &count), PM_OK);
+    assert_int_equal(count, 1500000);
+    assert_int_equal(pm_count_parse("2g", &count), PM_OK);
+    assert_int_equal(count, 2000000000);
+    static const char *const wrong[] = {"", "k", "-1", "1kk", "1x", "0.5", "nan", "1e30"};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        assert_int_equal(pm_count_parse(wrong[i], &count), PM_E_RANGE);
+}
+
+static void times_and_shares_take_units(void **state)
+{
+    (void)state;
+    double value = 0;
+    assert_int_equal(pm_seconds_parse("90", &value), PM_OK);
+    assert_true(value == 90);
+    assert_int_equal(pm_seconds_parse("1.5m", &value), PM_OK);
+    assert_true(value == 90);
+    assert_int_equal(pm_seconds_parse("2h", &value), PM_OK);
+    assert_true(value == 7200);
+    assert_int_equal(pm_seconds_parse("2d", &value), PM_E_RANGE);
+    assert_int_equal(pm_share_parse("2%", &value), PM_OK);
+    assert_true(value == .02);
+    assert_int_equal(pm_share_parse(".5", &value), PM_OK);
+    assert_true(value == .5);
+    assert_int_equal(pm_share_parse("0", &value), PM_E_RANGE);
+    assert_int_equal(pm_share_parse("2 %", &value), PM_E_RANGE);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(accepted_options_change_the_request),
+        cmocka_unit_test(ambient_bounces_default_as_each_verb_promises),
+        cmocka_unit_test(refused_options_say_why),
+        cmocka_unit_test(counts_take_suffixes),
+        cmocka_unit_test(times_and_shares_take_units),
+    };
+    return cmocka_run_group_tests_name("client.options", tests, NULL, NULL);
+}
