@@ -103,6 +103,12 @@ static pm_status undefined_error(const struct reading *r, const pm_word *name, c
                              "'%.*s' is not defined before it is used; move its definition up "
                              "from line %d of %s",
                              PM_WORD_SHOW(*name), line, r->frame->file->name);
+    if (pm_word_is(name, "inherit") || pm_word_is(name, "void"))
+        return pm_word_error(
+            name, PM_E_SYNTAX, file, err,
+            "%.*s cannot stand here; name a material, or void as the modifier of "
+            "a material",
+            PM_WORD_SHOW(*name));
     if (!pm_type_find(name, file, &type, NULL))
         return pm_word_error(name, PM_E_MISSING, file, err,
                              "'%.*s' is a type, but a modifier should come here; write the "
@@ -298,13 +304,13 @@ static pm_status read_reals(struct reading *r)
     if (!count_is_right(r->rules, count))
         return FAIL(r, &word, PM_E_SYNTAX, "%s takes %s; here are %zu", r->rules->name,
                     r->rules->reals_takes, count);
+    st = check_room(r, &word, count);
+    if (st)
+        return st;
     r->parser->reals += count;
     if (r->parser->reals > r->parser->limits.reals)
         return FAIL(r, &word, PM_E_LIMIT, "the scene has more than %zu reals; split it",
                     r->parser->limits.reals);
-    st = check_room(r, &word, count);
-    if (st)
-        return st;
     r->reals = pm_arena_array(r->parser->arena, count, sizeof *r->reals);
     if (!r->reals)
         return pm_parser_memory_error(r->parser);

@@ -125,6 +125,11 @@ pm_status pm_type_find(const pm_word *word, const char *file, pm_primitive_type 
             return pm_word_error(word, PM_E_UNSUPPORTED, file, err,
                                  "Radiance's type %s is not offered yet; %s", not_offered[i],
                                  offered);
+    if (pm_word_is(word, "void"))
+        return pm_word_error(
+            word, PM_E_SYNTAX, file, err,
+            "void is a modifier, but a type should come here; write the modifier "
+            "first, then the type, then a name");
     const char *name = closest_type(word);
     if (name)
         return pm_word_error(word, PM_E_SYNTAX, file, err,
