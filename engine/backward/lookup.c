@@ -8,7 +8,9 @@ static bool is_valid(const pm_backward_maps *maps, pm_map_kind kind)
 {
     double radius = maps->radius[kind];
     return !maps->map[kind] || !pm_photon_map_count(maps->map[kind]) ||
-           (radius > 0 && isfinite(radius)) || (radius == 0 && maps->gather_count[kind] > 0);
+           (radius > 0 && isfinite(radius)) ||
+           (radius == 0 && maps->gather_count[kind] > 0 &&
+            maps->gather_count[kind] <= PM_GATHER_MAX);
 }
 
 static struct pm_lookup make_lookup(const pm_backward_maps *maps, pm_map_kind held,
