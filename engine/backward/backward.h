@@ -20,7 +20,8 @@
  * and adds to that replicate's sums; the answer is their mean, the interval comes from the
  * replicate means. Values do not depend on threads or on the order of pixels. */
 
-/* What the maps are and how they are looked up during a pass. Absent maps are NULL. */
+/* What the maps are and how they are looked up during a pass. Absent maps are NULL. With -ab >
+ * 0 each sample sends one gather ray from its first diffuse surface; passes average them. */
 typedef struct pm_backward_maps {
     const pm_photon_map *map[PM_MAP_KINDS];
     uint32_t gather_count[PM_MAP_KINDS]; /* N-nearest, if radius is 0 */
@@ -43,8 +44,20 @@ typedef enum pm_quantity {
     PM_RADIANCE,   /* [W/(m^2 sr)] that arrives from the direction, as rtrace */
 } pm_quantity;
 
-/* Sums of the passes so far, of a picture or of sensors. */
+/* Irradiance is what a white Lambertian receiver at the sensor gets: next event, and
+ *   - if the sensor lies on a diffuse surface that faces its way (within 2^-13 of half the
+ * octree cube's edge), photons on that surface, as at the eye's first diffuse surface;
+ *   - elsewhere no photon is near, so one cosine-distributed ray a pass takes all indirect
+ * light: it goes through specular surfaces, and next event and photon maps wait at its diffuse
+ * ones. With -ab 0 only what comes by a specular surface counts, as on surfaces. Tests:
+ * sensor_on_a_surface_sees_the_photons_there, sensor_in_free_space_sees_what_the_walls_send,
+ * all_partitions_give_the_same_light. */
+
+/* Sums of the passes so far, of a picture or of sensors; 480 bytes a pixel or sensor. */
 typedef struct pm_accumulation pm_accumulation;
+
+/* The world is borrowed. PM_E_RANGE for a view or sensor that cannot be, PM_E_LIMIT for more
+ * than 4 GiB of sums, PM_E_MEMORY. */
 
 PM_MUST_USE pm_status pm_accumulation_for_picture(const pm_world *world, const pm_view *view,
                                                   uint32_t width, uint32_t height,

@@ -160,6 +160,11 @@ pm_media pm_spot_media(const struct pm_pass *pass, const struct pm_spot *spot,
 void pm_inscatter(const struct pm_pass *pass, struct pm_walk *walk, double length,
                   struct pm_sampler *sampler, struct pm_value *value);
 
+/* Draws where on the next `length` the medium scatters; density [1 / world length] for all
+ * channels together. False if none scatters. Test: distances_estimate_every_extinction. */
+bool pm_inscatter_distance(const pm_medium *medium, double length, struct pm_sampler *sampler,
+                           double *distance, double *pdf);
+
 /* ---- sensor.c ---- */
 
 /* A sensor in world coordinates, unit direction. */

@@ -35,8 +35,8 @@ static double collision_pdf(double extinction, double s, double length)
 /* A distance along the ray, drawn from one of the channels that scatter, and the density of all
  * of them together (one-sample balance heuristic, Veach 1997, eq. 9.15): bounded weights
  * whatever the ratio of the extinctions. False if none scatters. */
-static bool draw_distance(const pm_medium *medium, double length, struct pm_sampler *sampler,
-                          double *distance, double *pdf)
+bool pm_inscatter_distance(const pm_medium *medium, double length, struct pm_sampler *sampler,
+                           double *distance, double *pdf)
 {
     int channels[3], count = 0;
     for (int c = 0; c < 3; c++)
@@ -74,7 +74,7 @@ static void add_scattered(const struct pm_pass *pass, const struct pm_walk *walk
                           struct pm_value *value)
 {
     double distance, pdf;
-    if (!draw_distance(medium, length, sampler, &distance, &pdf))
+    if (!pm_inscatter_distance(medium, length, sampler, &distance, &pdf))
         return;
     pm_vec3 point = pm_vec3_madd(walk->ray.origin, distance, walk->ray.direction);
     pm_estimate estimate =
