@@ -1,6 +1,6 @@
 #include "base/rng.h"
 
-static void philox_block(pm_rng *rng)
+void pm_rng_refill(pm_rng *rng)
 {
     uint32_t k0 = rng->key[0], k1 = rng->key[1];
     uint32_t c0 = rng->counter[0], c1 = rng->counter[1], c2 = rng->counter[2],
@@ -38,16 +38,4 @@ void pm_rng_bounce(pm_rng *rng, uint32_t bounce)
     rng->counter[0] &= 0xFF000000U;
     rng->counter[1] = bounce;
     rng->used = 4;
-}
-
-uint32_t pm_rng_u32(pm_rng *rng)
-{
-    if (rng->used == 4)
-        philox_block(rng);
-    return rng->block[rng->used++];
-}
-
-double pm_rng_uniform(pm_rng *rng)
-{
-    return pm_rng_u32(rng) * 0x1p-32;
 }

@@ -28,9 +28,20 @@ void pm_rng_init(pm_rng *rng, uint64_t seed, pm_rng_purpose purpose, uint64_t in
 /* Jumps to the numbers of another bounce (0 after init). */
 void pm_rng_bounce(pm_rng *rng, uint32_t bounce);
 
-uint32_t pm_rng_u32(pm_rng *rng);
+/* The next four words; called when `block` is used up. */
+void pm_rng_refill(pm_rng *rng);
+
+static inline uint32_t pm_rng_u32(pm_rng *rng)
+{
+    if (rng->used == 4)
+        pm_rng_refill(rng);
+    return rng->block[rng->used++];
+}
 
 /* Uniform in [0, 1), 32 random bits. */
-double pm_rng_uniform(pm_rng *rng);
+static inline double pm_rng_uniform(pm_rng *rng)
+{
+    return pm_rng_u32(rng) * 0x1p-32;
+}
 
 #endif

@@ -8,7 +8,7 @@ static const struct {
     {4, 1, {1, 1, 3, 3}}, {4, 4, {1, 3, 5, 13}}, {5, 2, {1, 1, 5, 5, 17}},
 };
 
-/* The 32 direction numbers of a dimension, bit-reversed so that scrambling works upward. */
+/* The 32 direction numbers of a dimension. */
 static void make_directions(unsigned dimension, uint32_t v[32])
 {
     if (dimension == 0) {
@@ -28,8 +28,16 @@ static void make_directions(unsigned dimension, uint32_t v[32])
     }
 }
 
-/* The sum of the directions that a byte of the index selects: by dimension, place of the byte,
- * byte. */
+static uint32_t reverse_bits(uint32_t x)
+{
+    x = __builtin_bswap32(x);
+    x = ((x >> 4) & 0x0F0F0F0FU) | ((x & 0x0F0F0F0FU) << 4);
+    x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
+    return ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
+}
+
+/* The sum of the directions that a byte of the index selects, bit-reversed so that scrambling
+ * works upward: by dimension, place of the byte, byte. */
 static uint32_t sums[PM_SOBOL_DIMENSIONS][4][256];
 
 /* Filled before main, read-only ever after. */
@@ -40,23 +48,16 @@ __attribute__((constructor)) static void fill_sums(void)
         make_directions(d, v);
         for (unsigned place = 0; place < 4; place++)
             for (unsigned byte = 1; byte < 256; byte++)
-                sums[d][place][byte] = sums[d][place][byte & (byte - 1)] ^
-                                       v[8 * place + (unsigned)__builtin_ctz(byte)];
+                sums[d][place][byte] =
+                    sums[d][place][byte & (byte - 1)] ^
+                    reverse_bits(v[8 * place + (unsigned)__builtin_ctz(byte)]);
     }
 }
 
-static uint32_t reverse_bits(uint32_t x)
-{
-    x = __builtin_bswap32(x);
-    x = ((x >> 4) & 0x0F0F0F0FU) | ((x & 0x0F0F0F0FU) << 4);
-    x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
-    return ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
-}
-
-/* Burley 2020, listing 1 with the constants of Vegdahl's improved Laine-Karras hash. */
+/* Burley 2020, listing 1 with the constants of Vegdahl's improved Laine-Karras hash; `x` comes
+ * bit-reversed. */
 static uint32_t owen_scramble(uint32_t x, uint32_t seed)
 {
-    x = reverse_bits(x);
     x ^= x * 0x3D20ADEAU;
     x += seed;
     x *= (seed >> 16) | 1U;

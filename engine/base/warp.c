@@ -24,21 +24,41 @@ pm_vec3 pm_frame_to_local(const pm_frame *f, pm_vec3 v)
     return (pm_vec3){pm_vec3_dot(v, f->x), pm_vec3_dot(v, f->y), pm_vec3_dot(v, f->z)};
 }
 
+/* Sine and cosine for |x| <= pi/4 by Taylor's series, whose first terms left out are below
+ * 5e-17 and 6e-18: a third of the cost of the general functions, and the disc needs no more. */
+static void short_sincos(double x, double *sine, double *cosine)
+{
+    double q = x * x;
+    double s = 1. / 1307674368000;
+    s = 1. / 6227020800 - q * s;
+    s = 1. / 39916800 - q * s;
+    s = 1. / 362880 - q * s;
+    s = 1. / 5040 - q * s;
+    s = 1. / 120 - q * s;
+    s = 1. / 6 - q * s;
+    *sine = x - x * (q * s);
+    double c = 1. / 20922789888000;
+    c = 1. / 87178291200 - q * c;
+    c = 1. / 479001600 - q * c;
+    c = 1. / 3628800 - q * c;
+    c = 1. / 40320 - q * c;
+    c = 1. / 720 - q * c;
+    c = 1. / 24 - q * c;
+    c = .5 - q * c;
+    *cosine = 1 - q * c;
+}
+
 pm_vec3 pm_warp_disc(double u, double v)
 {
-    double a = 2 * u - 1, b = 2 * v - 1, r, phi;
+    double a = 2 * u - 1, b = 2 * v - 1, sine, cosine;
     if (a == 0 && b == 0)
         return (pm_vec3){0, 0, 0};
     if (fabs(a) > fabs(b)) {
-        r = a;
-        phi = PM_PI / 4 * (b / a);
-    } else {
-        r = b;
-        phi = PM_PI / 2 - PM_PI / 4 * (a / b);
+        short_sincos(PM_PI / 4 * (b / a), &sine, &cosine);
+        return (pm_vec3){a * cosine, a * sine, 0};
     }
-    double sine, cosine;
-    pm_sincos(phi, &sine, &cosine);
-    return (pm_vec3){r * cosine, r * sine, 0};
+    short_sincos(PM_PI / 4 * (a / b), &sine, &cosine); /* of the angle to the y axis */
+    return (pm_vec3){b * sine, b * cosine, 0};
 }
 
 pm_vec3 pm_warp_cosine(double u, double v)
