@@ -282,11 +282,14 @@ static bool step(struct walk *walk)
     return meet_surface(walk, &hit);
 }
 
-/* A path that fails this is dropped and counted; a healthy engine has none. */
+/* A path that fails this is dropped and counted; a healthy engine has none. One non-finite part
+ * makes the sum so. */
 static bool is_finite(const struct walk *walk)
 {
-    return pm_rgb_finite(walk->flux) && pm_vec3_finite(walk->ray.direction) &&
-           pm_vec3_finite(walk->ray.origin);
+    const pm_ray *r = &walk->ray;
+    double sum = walk->flux.r + walk->flux.g + walk->flux.b;
+    sum += r->direction.x + r->direction.y + r->direction.z;
+    return isfinite(sum + r->origin.x + r->origin.y + r->origin.z);
 }
 
 /* False if no light emits. */

@@ -25,8 +25,19 @@ static void store(struct pm_recorder *recorder, int kind, const pm_photon_record
         recorder->out_of_memory = true;
 }
 
+static bool is_drawn(const struct pm_recorder *recorder, int kind, const pm_rng *draws)
+{
+    double probability = recorder->probability[kind], draw = 0;
+    if (probability == 1)
+        return true;
+    pm_rng rng = *draws;
+    for (int i = 0; i <= kind; i++)
+        draw = pm_rng_uniform(&rng);
+    return draw < probability;
+}
+
 void pm_record_deposit(struct pm_recorder *recorder, unsigned kinds, pm_photon_record *photon,
-                       pm_rng *draws)
+                       const pm_rng *draws)
 {
     if (!pm_rgb_finite(photon->flux) || !pm_vec3_finite(photon->position)) {
         recorder->nonfinite++;
@@ -34,11 +45,10 @@ void pm_record_deposit(struct pm_recorder *recorder, unsigned kinds, pm_photon_r
     }
     photon->replicate = recorder->replicate;
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
-        double draw = pm_rng_uniform(draws);
         if (!(kinds & (1U << kind)))
             continue;
         recorder->deposits[kind]++;
-        if (recorder->kinds & (1U << kind) && draw < recorder->probability[kind])
+        if (recorder->kinds & (1U << kind) && is_drawn(recorder, kind, draws))
             store(recorder, kind, photon);
     }
 }

@@ -8,6 +8,6 @@
  * for this deposit, of which map kind k takes number k: what one map stores does not depend on
  * which others are made. `photon` holds the incident flux; its replicate is filled in here. */
 void pm_record_deposit(struct pm_recorder *recorder, unsigned kinds, pm_photon_record *photon,
-                       pm_rng *draws);
+                       const pm_rng *draws);
 
 #endif
