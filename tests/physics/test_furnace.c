@@ -1,0 +1,302 @@
+/* Closed rooms whose radiance is known exactly.
+ *
+ * In a sphere of radius R each point of the wall sees each other with the same form factor, dA /
+ * (4 pi R^2). So light that the wall scatters lights all of it evenly, and so does a lamp that
+ * covers a cap or hangs in the middle. */
+#include "physics.h"
+
+/* ---- the room with a lamp for a cap ---- */
+
+/* A disc closes the sphere z < CAP_HEIGHT; from the wall it is seen as the cap that it replaces,
+ * a share f of the sphere's area (Archimedes: (R - h) / 2R). So with radiance Le in the lamp the
+ * wall has direct irradiance pi Le f, of each flux it scatters 1 - f falls on itself again, and
+ *   E = pi Le f + rho (1 - f) E,  radiance L = rho E / pi = rho Le f / (1 - rho (1 - f)):
+ * the furnace Lo / (1 - a) with Lo = rho Le f, a = rho (1 - f). */
+#define CAP_HEIGHT .96
+#define CAP_RADIUS .28 /* .28^2 + .96^2 = 1 */
+#define CAP_SHARE  ((1 - CAP_HEIGHT) / 2)
+
+static char *furnace(double albedo)
+{
+    return text_of("void light bright 0 0 3 1 1 1\n"
+                   "bright ring cap 0 0 8 0 0 %.17g 0 0 -1 0 %.17g\n"
+                   "void plastic grey 0 0 5 %.17g %.17g %.17g 0 0\n"
+                   "grey sphere wall 0 0 4 0 0 0 1\n",
+                   CAP_HEIGHT, CAP_RADIUS, albedo, albedo, albedo);
+}
+
+static double furnace_radiance(double albedo, double bounces_share)
+{
+    return albedo * CAP_SHARE / (1 - bounces_share * albedo * (1 - CAP_SHARE));
+}
+
+/* Directions from the middle, or points of the wall, evenly spread by the golden angle over
+ * z < 1/2: out of reach of the cap's rim. */
+enum { DIRECTIONS = 32 };
+
+static void spread(pm_sensor sensors[DIRECTIONS], bool on_wall)
+{
+    for (int i = 0; i < DIRECTIONS; i++) {
+        double z = .5 - 1.5 * (i + .5) / DIRECTIONS, phi = 2.399963229728653 * i;
+        double r = sqrt(1 - z * z);
+        pm_vec3 d = {r * cos(phi), r * sin(phi), z};
+        sensors[i].point = on_wall ? d : (pm_vec3){0, 0, 0};
+        sensors[i].normal = on_wall ? pm_vec3_negate(d) : d;
+    }
+}
+
+static const double albedos[] = {.5, .9, .99};
+
+/* The chord of radius r cuts a cap of area pi r^2 exactly from a sphere, so the flat kernel has no
+ * bias on a curved wall. */
+static void furnace_radiance_by_progressive_passes(void **state)
+{
+    (void)state;
+    pm_sensor sensors[DIRECTIONS];
+    spread(sensors, false);
+    for (int i = 0; i < 3; i++) {
+        char *text = furnace(albedos[i]);
+        pm_job job = job_of(PM_JOB_TRACE, -1);
+        look_at(&job, sensors, DIRECTIONS, PM_RADIANCE);
+        struct stat got = run_mean(&job, text, SEEDS, GREY);
+        expect_mean("progressive", &got, furnace_radiance(albedos[i], 1), 0);
+        free(text);
+    }
+}
+
+enum { PHOTONS = 200000, GATHER = 200 };
+
+static pm_job map_job(int ambient_bounces, const pm_sensor *sensors, pm_quantity quantity)
+{
+    pm_job job = job_of(PM_JOB_TRACE, ambient_bounces);
+    want_map(&job, PM_MAP_GLOBAL, PHOTONS, GATHER);
+    look_at(&job, sensors, DIRECTIONS, quantity);
+    job.passes = 4;
+    return job;
+}
+
+static void furnace_radiance_by_global_map_at_the_eye(void **state)
+{
+    (void)state;
+    pm_sensor sensors[DIRECTIONS];
+    spread(sensors, false);
+    for (int i = 0; i < 3; i++) {
+        char *text = furnace(albedos[i]);
+        pm_job job = map_job(-1, sensors, PM_RADIANCE);
+        struct stat got = run_mean(&job, text, SEEDS, GREY);
+        expect_mean("-ab -1", &got, furnace_radiance(albedos[i], 1), 0);
+        free(text);
+    }
+}
+
+/* A gather ray may end near the cap's rim, where no photons lie on one side. Within a distance d < r
+ * of a straight edge the disc of radius r misses the share (acos x - x sqrt(1 - x^2)) / pi of its
+ * area, x = d / r: 2 / (3 pi) = .2122 on average. N photons spread over 4 pi have K in a disc of
+ * radius r = 2 sqrt(K / N); at the edge itself K + 1 photons need up to sqrt(2) times as much. Of all
+ * gather rays the strip of that width along the rim gets (2 pi CAP_RADIUS sqrt(2) r) / (4 pi), so
+ * the loss is less than .2122 CAP_RADIUS r / sqrt(2) of what photons bring. */
+static double rim_loss(void)
+{
+    double radius = 2 * sqrt((double)GATHER / PHOTONS);
+    return 2 / (3 * PI) * CAP_RADIUS * radius / sqrt(2);
+}
+
+static void furnace_radiance_by_final_gather(void **state)
+{
+    (void)state;
+    pm_sensor sensors[DIRECTIONS];
+    spread(sensors, false);
+    for (int i = 0; i < 3; i++) {
+        char *text = furnace(albedos[i]);
+        pm_job job = map_job(1, sensors, PM_RADIANCE);
+        struct stat got = run_mean(&job, text, SEEDS, GREY);
+        double want = furnace_radiance(albedos[i], 1);
+        expect_mean("-ab 1", &got, want, rim_loss() * want);
+        free(text);
+    }
+}
+
+/* -ab 0 leaves out all light between diffuse surfaces: L = rho Le f. */
+static void furnace_direct_radiance_without_ambient(void **state)
+{
+    (void)state;
+    pm_sensor sensors[DIRECTIONS];
+    spread(sensors, false);
+    for (int i = 0; i < 3; i++) {
+        char *text = furnace(albedos[i]);
+        pm_job job = job_of(PM_JOB_TRACE, 0);
+        look_at(&job, sensors, DIRECTIONS, PM_RADIANCE);
+        job.passes = 64;
+        struct stat got = run_mean(&job, text, SEEDS, GREY);
+        expect_mean("-ab 0", &got, furnace_radiance(albedos[i], 0), 0);
+        free(text);
+    }
+}
+
+/* Sensors that lie on the wall give its irradiance; one in free space sees the wall's even
+ * radiance from all its hemisphere but for the lamp, if that is behind it. */
+static void furnace_irradiance_on_the_wall_and_in_the_middle(void **state)
+{
+    (void)state;
+    pm_sensor sensors[DIRECTIONS];
+    char *text = furnace(.9);
+    double radiance = furnace_radiance(.9, 1);
+    spread(sensors, true);
+    pm_job job = job_of(PM_JOB_TRACE, -1);
+    look_at(&job, sensors, DIRECTIONS, PM_IRRADIANCE);
+    struct stat wall = run_mean(&job, text, SEEDS, GREY);
+    expect_mean("wall", &wall, PI * radiance / .9, 0);
+    pm_sensor middle[16];
+    for (int i = 0; i < 16; i++)
+        middle[i] = (pm_sensor){{0, 0, 0}, {0, 0, -1}};
+    look_at(&job, middle, 16, PM_IRRADIANCE);
+    struct stat free_space = run_mean(&job, text, SEEDS, GREY);
+    expect_mean("free space", &free_space, PI * radiance, 0);
+    free(text);
+}
+
+/* ---- objects that vanish ---- */
+
+/* Under an even sky of radiance 1 everything lossless has radiance 1, whatever its shape and
+ * lobes. Alone, no photon is needed. */
+static void lossless_objects_vanish_in_an_even_sky(void **state)
+{
+    (void)state;
+    static const char *const objects[] = {
+        "void mirror m 0 0 3 1 1 1  m sphere s 0 0 4 0 0 0 1\n",
+        "void dielectric d 0 0 5 1 1 1 1.5 0  d sphere s 0 0 4 0 0 0 1\n",
+        "void plastic p 0 0 5 1 1 1 0 0  p sphere s 0 0 4 0 0 0 1\n",
+        "void metal p 0 0 5 1 1 1 1 0  p sphere s 0 0 4 0 0 0 1\n",
+        "void glass g 0 0 3 1 1 1  g polygon s 0 0 9 -1 -1 0 1 -1 0 0 1 0\n",
+        "void trans t 0 0 7 1 1 1 0 0 .5 .4  t ring s 0 0 8 0 0 0 0 0 1 0 1\n",
+    };
+    pm_sensor sensors[32];
+    for (int i = 0; i < 32; i++) {
+        pm_vec3 from = {.3, 3 * sin(i), 3 * cos(i)};
+        sensors[i] = (pm_sensor){from, pm_vec3_negate(from)};
+        sensors[i].normal.x = .01 * i - .3;
+    }
+    for (size_t i = 0; i < sizeof objects / sizeof *objects; i++) {
+        char *text =
+            text_of("void light l 0 0 3 1 1 1  l source sky 0 0 4 0 0 1 360\n%s", objects[i]);
+        pm_job job = job_of(PM_JOB_TRACE, 0);
+        look_at(&job, sensors, 32, PM_RADIANCE);
+        job.passes = 256;
+        struct stat got = run_mean(&job, text, SEEDS, GREY);
+        expect_mean(objects[i], &got, 1, 0);
+        free(text);
+    }
+}
+
+/* ---- the integrating sphere ---- */
+
+/* A black spherical lamp of radius a and radiance 1 in the middle: Phi = 4 pi^2 a^2. All of the
+ * wall's direct irradiance is Phi / A, A = 4 pi. By reciprocity the wall's light falls on the lamp
+ * with the share a^2 (lamp's area over A times 1), where it is absorbed, so
+ *   E = Phi / A / (1 - rho (1 - a^2)),  indirect Phi rho (1 - a^2) / (A (1 - rho (1 - a^2))),
+ * which is Phi rho / (A (1 - rho)) for a small lamp. */
+#define LAMP_RADIUS .02
+
+static char *integrating_sphere(double albedo, double lamp)
+{
+    return text_of("void light bright 0 0 3 1 1 1\n"
+                   "bright sphere lamp 0 0 4 0 0 0 %.17g\n"
+                   "void plastic grey 0 0 5 %.17g %.17g %.17g 0 0\n"
+                   "grey bubble wall 0 0 4 0 0 0 1\n",
+                   lamp, albedo, albedo, albedo);
+}
+
+static double sphere_irradiance(double albedo, double lamp)
+{
+    return PI * lamp * lamp / (1 - albedo * (1 - lamp * lamp));
+}
+
+static void on_the_wall(pm_sensor sensors[DIRECTIONS])
+{
+    spread(sensors, true);
+    for (int i = 0; i < DIRECTIONS / 4; i++) /* all the sphere, now without a cap */
+        sensors[i].point.z *= -1, sensors[i].normal.z *= -1;
+}
+
+/* The direct part has no noise to speak of: a sphere's cone, seen whole. */
+static void integrating_sphere_indirect_irradiance(void **state)
+{
+    (void)state;
+    const double direct = sphere_irradiance(0, LAMP_RADIUS);
+    pm_sensor sensors[DIRECTIONS];
+    on_the_wall(sensors);
+    for (int i = 0; i < 3; i++) {
+        char *text = integrating_sphere(albedos[i], LAMP_RADIUS);
+        double want = sphere_irradiance(albedos[i], LAMP_RADIUS) - direct;
+        pm_job progressive = job_of(PM_JOB_TRACE, -1);
+        look_at(&progressive, sensors, DIRECTIONS, PM_IRRADIANCE);
+        pm_job eye = map_job(-1, sensors, PM_IRRADIANCE);
+        pm_job gather = map_job(1, sensors, PM_IRRADIANCE);
+        pm_job *jobs[3] = {&progressive, &eye, &gather};
+        const char *names[3] = {"progressive", "-ab -1", "-ab 1"};
+        for (int k = 0; k < 3; k++) {
+            struct stat got = run_mean(jobs[k], text, SEEDS, GREY);
+            got.mean -= direct;
+            expect_mean(names[k], &got, want, 0);
+        }
+        free(text);
+    }
+}
+
+static void integrating_sphere_direct_irradiance(void **state)
+{
+    (void)state;
+    pm_sensor sensors[DIRECTIONS];
+    on_the_wall(sensors);
+    char *text = integrating_sphere(.9, LAMP_RADIUS);
+    pm_job job = job_of(PM_JOB_TRACE, 0);
+    look_at(&job, sensors, DIRECTIONS, PM_IRRADIANCE);
+    struct stat got = run_mean(&job, text, SEEDS, GREY);
+    expect_mean("direct", &got, sphere_irradiance(0, LAMP_RADIUS), 0);
+    free(text);
+}
+
+/* A path lives for 1 / (1 - .999 (1 - a^2)) = 286 bounces with a = .05. How many it makes is
+ * geometric, with a deviation like its mean, so the wall's flux has a relative error of 2^-8 from
+ * 2^16 paths; what the sensors scatter about it shows in them. Beyond the default bound of 5000
+ * scatterings lies exp(-5000 / 286) = 3e-8 of the light. */
+static void integrating_sphere_of_albedo_999(void **state)
+{
+    (void)state;
+    enum { POINTS = 512 };
+    const double lamp = .05;
+    pm_sensor sensors[POINTS];
+    for (int i = 0; i < POINTS; i++) {
+        double z = 1 - 2 * (i + .5) / POINTS, phi = 2.399963229728653 * i, r = sqrt(1 - z * z);
+        sensors[i].point = (pm_vec3){r * cos(phi), r * sin(phi), z};
+        sensors[i].normal = pm_vec3_negate(sensors[i].point);
+    }
+    char *text = integrating_sphere(.999, lamp);
+    pm_job job = job_of(PM_JOB_TRACE, -1);
+    look_at(&job, sensors, POINTS, PM_IRRADIANCE);
+    pm_answer answer;
+    run_job(&job, text, NULL, &answer);
+    struct stat got = {0};
+    for (int i = 0; i < POINTS; i++)
+        stat_add(&got, (double)answer.values[3 * i]);
+    double want = sphere_irradiance(.999, lamp);
+    expect_equal_means(".999", &got, want, want / 256, 0);
+    pm_answer_clear(&answer);
+    free(text);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(furnace_radiance_by_progressive_passes),
+        cmocka_unit_test(furnace_radiance_by_global_map_at_the_eye),
+        cmocka_unit_test(furnace_radiance_by_final_gather),
+        cmocka_unit_test(furnace_direct_radiance_without_ambient),
+        cmocka_unit_test(furnace_irradiance_on_the_wall_and_in_the_middle),
+        cmocka_unit_test(lossless_objects_vanish_in_an_even_sky),
+        cmocka_unit_test(integrating_sphere_indirect_irradiance),
+        cmocka_unit_test(integrating_sphere_direct_irradiance),
+        cmocka_unit_test(integrating_sphere_of_albedo_999),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
