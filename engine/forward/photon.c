@@ -34,7 +34,7 @@ static void octahedral_encode(pm_vec3 d, int half, unsigned code[2])
         code[0] = code[1] = 0;
         return;
     }
-    double x = d.x / sum, y = d.y / sum;
+    double inverse = 1 / sum, x = d.x * inverse, y = d.y * inverse;
     if (d.z < 0) {
         double folded = (1 - fabs(y)) * sign_of(x);
         y = (1 - fabs(x)) * sign_of(y);
