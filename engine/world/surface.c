@@ -17,7 +17,7 @@ static void shade_plastic(const struct pm_material *m, double cosine, pm_surface
     out->roughness = m->roughness;
     out->fresnel = smooth && m->specularity >= PM_FRESNEL_THRESHOLD;
     if (out->fresnel)
-        rise = pm_fresnel_estimate(cosine > .001 ? cosine : .001);
+        rise = pm_fresnel_estimate(cosine);
     double specular = m->specularity + rise * (1 - m->specularity);
     double transmitted = m->transmission * (1 - specular);
     double straight = transmitted * m->straight_fraction;
