@@ -1,0 +1,474 @@
+#include "fields.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/digest.h"
+
+/* ---- the tables ---- */
+
+static const char *const kinds[] = {"map", "render", "trace", NULL};
+static const char *const quantities[] = {"irradiance", "radiance", NULL};
+static const char *const formats[] = {"exr", "hdr", "png", NULL};
+
+#define SCENE_TEXT_MAX (1 << 20)
+#define COORDINATE_MAX 1e30
+#define EXACT_INTEGER  9007199254740992.0 /* 2^53: every JSON reader keeps integers up to here \
+                                           */
+
+const pm_field pm_fields_map[] = {
+    {.name = "count",
+     .type = PM_FIELD_INTEGER,
+     .low = 1,
+     .high = 1e9,
+     .unit = "photons",
+     .doc = "Photons wanted; the map is traced, or taken from the store."},
+    {.name = "gather",
+     .type = PM_FIELD_INTEGER,
+     .low = 1,
+     .high = 100000,
+     .unit = "photons",
+     .otherwise = "40",
+     .doc = "Photons that an estimate gathers."},
+    {.name = "map",
+     .type = PM_FIELD_DIGEST,
+     .unit = "",
+     .doc = "Digest of an uploaded map file, used instead of a traced map."},
+    {.name = NULL},
+};
+
+const pm_field pm_fields_view[] = {
+    {.name = "vp",
+     .type = PM_FIELD_VECTOR,
+     .low = -COORDINATE_MAX,
+     .high = COORDINATE_MAX,
+     .unit = "scene units",
+     .otherwise = "[0,0,0]",
+     .doc = "View point."},
+    {.name = "vd",
+     .type = PM_FIELD_VECTOR,
+     .low = -COORDINATE_MAX,
+     .high = COORDINATE_MAX,
+     .unit = "",
+     .otherwise = "[0,1,0]",
+     .doc = "View direction; its length does not matter."},
+    {.name = "vu",
+     .type = PM_FIELD_VECTOR,
+     .low = -COORDINATE_MAX,
+     .high = COORDINATE_MAX,
+     .unit = "",
+     .otherwise = "[0,0,1]",
+     .doc = "Up, not along the view direction."},
+    {.name = "vh",
+     .type = PM_FIELD_NUMBER,
+     .low = 1e-3,
+     .high = 179.9,
+     .unit = "degrees",
+     .otherwise = "45",
+     .doc = "Horizontal angle of view."},
+    {.name = "vv",
+     .type = PM_FIELD_NUMBER,
+     .low = 1e-3,
+     .high = 179.9,
+     .unit = "degrees",
+     .otherwise = "45",
+     .doc = "Vertical angle of view."},
+    {.name = NULL},
+};
+
+const pm_field pm_fields_job[] = {
+    {.name = "kind",
+     .type = PM_FIELD_CHOICE,
+     .unit = "",
+     .doc = "map: photon map files; render: a picture; trace: values at sensors.",
+     .choices = kinds,
+     .required = true},
+    {.name = "scene",
+     .type = PM_FIELD_DIGEST,
+     .unit = "",
+     .doc = "The id that POST /v1/scenes answered.",
+     .required = true},
+    {.name = "global",
+     .type = PM_FIELD_OBJECT,
+     .unit = "",
+     .doc =
+         "Global map: every indirect hit on a diffuse surface. With no map named, render and "
+         "trace work in progressive passes.",
+     .members = pm_fields_map},
+    {.name = "caustic",
+     .type = PM_FIELD_OBJECT,
+     .unit = "",
+     .doc = "Caustic map: photons whose last event was specular.",
+     .members = pm_fields_map},
+    {.name = "volume",
+     .type = PM_FIELD_OBJECT,
+     .unit = "",
+     .doc = "Volume map: scattering in mist.",
+     .members = pm_fields_map},
+    {.name = "ab",
+     .type = PM_FIELD_INTEGER,
+     .low = -100,
+     .high = 100,
+     .unit = "bounces",
+     .otherwise = "1",
+     .doc = "Indirect light: > 0 final gather into the global map, < 0 the map at the first "
+            "diffuse surface, 0 none. Only the sign matters where maps are used."},
+    {.name = "seed",
+     .type = PM_FIELD_INTEGER,
+     .low = 0,
+     .high = EXACT_INTEGER,
+     .unit = "",
+     .otherwise = "0",
+     .doc = "Seed of the random numbers. Equal seeds give equal bytes."},
+    {.name = "max_events",
+     .type = PM_FIELD_INTEGER,
+     .low = 1,
+     .high = 1e6,
+     .unit = "scatterings",
+     .otherwise = "5000",
+     .doc = "Most scatterings on a photon's path."},
+    {.name = "view",
+     .type = PM_FIELD_VIEW,
+     .low = 0,
+     .high = 4096,
+     .unit = "",
+     .doc = "Of render: the view, as members or as text, e.g. \"-vp 0 -5 1 -vd 0 1 0\".",
+     .members = pm_fields_view},
+    {.name = "x",
+     .type = PM_FIELD_INTEGER,
+     .low = 1,
+     .high = 16384,
+     .unit = "pixels",
+     .otherwise = "512",
+     .doc = "Of render: greatest width. Pixels are square, so one side may come out smaller."},
+    {.name = "y",
+     .type = PM_FIELD_INTEGER,
+     .low = 1,
+     .high = 16384,
+     .unit = "pixels",
+     .otherwise = "512",
+     .doc = "Of render: greatest height."},
+    {.name = "points",
+     .type = PM_FIELD_DIGEST,
+     .unit = "",
+     .doc = "Of trace: digest of an uploaded text with a line `x y z nx ny nz` a sensor."},
+    {.name = "quantity",
+     .type = PM_FIELD_CHOICE,
+     .unit = "",
+     .otherwise = "\"irradiance\"",
+     .doc = "Of trace: irradiance [W/m^2] on the sensor's front side, or radiance "
+            "[W/(m^2 sr)] from its direction.",
+     .choices = quantities},
+    {.name = "passes",
+     .type = PM_FIELD_INTEGER,
+     .low = 1,
+     .high = 1 << 24,
+     .unit = "passes",
+     .doc = "Of render and trace: stop after so many passes."},
+    {.name = "time",
+     .type = PM_FIELD_NUMBER,
+     .low = 1e-3,
+     .high = 2592000,
+     .unit = "s",
+     .doc = "Of render and trace: stop after so much wall-clock time."},
+    {.name = "error",
+     .type = PM_FIELD_NUMBER,
+     .low = 1e-6,
+     .high = 1,
+     .unit = "",
+     .doc = "Of render and trace: stop at this estimated relative error."},
+    {.name = "threads",
+     .type = PM_FIELD_INTEGER,
+     .low = 0,
+     .high = 256,
+     .unit = "threads",
+     .otherwise = "0",
+     .doc =
+         "Threads of the job; 0: one a processor, shared out among the server's workers. The "
+         "bytes of the answer do not depend on it."},
+    {.name = "formats",
+     .type = PM_FIELD_CHOICES,
+     .unit = "",
+     .otherwise = "[\"exr\"]",
+     .doc = "Of render: the files wanted.",
+     .choices = formats},
+    {.name = "command",
+     .type = PM_FIELD_TEXT,
+     .low = 0,
+     .high = 65536,
+     .unit = "bytes",
+     .doc = "The command line as typed, for the headers of pictures and maps."},
+    {.name = NULL},
+};
+
+const pm_field pm_fields_scene[] = {
+    {.name = "bundle",
+     .type = PM_FIELD_DIGEST,
+     .unit = "",
+     .doc = "Digest of an uploaded tar that holds the scene's files."},
+    {.name = "text",
+     .type = PM_FIELD_TEXT,
+     .low = 0,
+     .high = SCENE_TEXT_MAX,
+     .unit = "bytes",
+     .doc = "The text of a scene that is one file, instead of a bundle."},
+    {.name = "main",
+     .type = PM_FIELD_TEXT,
+     .low = 1,
+     .high = 1024,
+     .unit = "bytes",
+     .otherwise = "\"scene.rad\"",
+     .doc = "The bundle's file to start from."},
+    {.name = NULL},
+};
+
+const pm_field *pm_field_find(const pm_field *fields, const char *name)
+{
+    for (const pm_field *field = fields; field->name; field++)
+        if (!strcmp(field->name, name))
+            return field;
+    return NULL;
+}
+
+/* ---- checking ---- */
+
+/* Where a check stands: the path of the member, for messages. */
+struct place {
+    const char *path;
+    pm_error *err;
+};
+
+static pm_status refuse(const struct place *at, pm_status status, const char *text)
+{
+    return pm_error_set_at(at->err, status, at->path, 0, 0, "%s", text);
+}
+
+pm_status pm_field_check_number(const pm_field *field, double value, const char *name,
+                                pm_error *err)
+{
+    if (value >= field->low && value <= field->high)
+        return PM_OK;
+    return pm_error_set_at(err, PM_E_RANGE, name, 0, 0, "is %.17g, must be %.10g to %.10g%s%s",
+                           value, field->low, field->high, *field->unit ? " " : "",
+                           field->unit);
+}
+
+static pm_status check_number(const pm_field *field, const pm_json *value,
+                              const struct place *at)
+{
+    pm_json_type type = pm_json_type_of(value);
+    if (type != PM_JSON_INTEGER && (type != PM_JSON_REAL || field->type == PM_FIELD_INTEGER))
+        return refuse(at, PM_E_RANGE,
+                      field->type == PM_FIELD_INTEGER ? "must be an integer"
+                                                      : "must be a number");
+    return pm_field_check_number(field, pm_json_number(value), at->path, at->err);
+}
+
+static pm_status check_text(const pm_field *field, const pm_json *value, const struct place *at)
+{
+    if (pm_json_type_of(value) != PM_JSON_TEXT)
+        return refuse(at, PM_E_RANGE, "must be a text");
+    size_t length = pm_json_length(value);
+    if ((double)length < field->low || (double)length > field->high)
+        return pm_error_set_at(at->err, PM_E_RANGE, at->path, 0, 0,
+                               "has %zu bytes, must have %.0f to %.0f", length, field->low,
+                               field->high);
+    for (const char *c = pm_json_string(value); *c; c++)
+        if (((unsigned char)*c < ' ' && !strchr("\t\r\n", *c)) || *c == 127)
+            return refuse(at, PM_E_RANGE, "holds a control character");
+    return PM_OK;
+}
+
+static pm_status check_choice(const pm_field *field, const pm_json *value,
+                              const struct place *at)
+{
+    char list[128] = "";
+    size_t used = 0;
+    for (const char *const *choice = field->choices; *choice; choice++) {
+        const char *text = pm_json_string(value);
+        if (text && !strcmp(text, *choice))
+            return PM_OK;
+        used += (size_t)snprintf(list + used, sizeof list - used, "%s\"%s\"", used ? ", " : "",
+                                 *choice);
+    }
+    return pm_error_set_at(at->err, PM_E_RANGE, at->path, 0, 0, "must be one of %s", list);
+}
+
+static pm_status check_choices(const pm_field *field, const pm_json *value,
+                               const struct place *at)
+{
+    if (pm_json_type_of(value) != PM_JSON_ARRAY || !pm_json_length(value))
+        return refuse(at, PM_E_RANGE, "must be a list with at least one entry");
+    for (size_t i = 0; i < pm_json_length(value); i++) {
+        pm_status st = check_choice(field, pm_json_at(value, i), at);
+        if (st)
+            return st;
+        for (size_t j = 0; j < i; j++)
+            if (!strcmp(pm_json_string(pm_json_at(value, i)),
+                        pm_json_string(pm_json_at(value, j))))
+                return refuse(at, PM_E_RANGE, "names an entry twice");
+    }
+    return PM_OK;
+}
+
+static pm_status check_digest(const pm_json *value, const struct place *at)
+{
+    pm_digest digest;
+    const char *text = pm_json_string(value);
+    if (!text || !pm_digest_parse(text, &digest))
+        return refuse(at, PM_E_RANGE, "must be 64 lower-case hexadecimal digits");
+    return PM_OK;
+}
+
+static pm_status check_vector(const pm_field *field, const pm_json *value,
+                              const struct place *at)
+{
+    if (pm_json_type_of(value) != PM_JSON_ARRAY || pm_json_length(value) != 3)
+        return refuse(at, PM_E_RANGE, "must be a list of three numbers");
+    pm_status st = PM_OK;
+    for (size_t i = 0; i < 3 && !st; i++)
+        st = check_number(field, pm_json_at(value, i), at);
+    return st;
+}
+
+static pm_status check_members(const pm_field *fields, pm_json *object, const struct place *at);
+
+static pm_status check_value(const pm_field *field, pm_json *value, const struct place *at)
+{
+    switch (field->type) {
+    case PM_FIELD_INTEGER:
+    case PM_FIELD_NUMBER:
+        return check_number(field, value, at);
+    case PM_FIELD_TEXT:
+        return check_text(field, value, at);
+    case PM_FIELD_CHOICE:
+        return check_choice(field, value, at);
+    case PM_FIELD_CHOICES:
+        return check_choices(field, value, at);
+    case PM_FIELD_DIGEST:
+        return check_digest(value, at);
+    case PM_FIELD_VECTOR:
+        return check_vector(field, value, at);
+    case PM_FIELD_VIEW:
+        if (pm_json_type_of(value) == PM_JSON_TEXT)
+            return check_text(field, value, at);
+        break;
+    case PM_FIELD_OBJECT:
+        break;
+    }
+    return check_members(field->members, value, at);
+}
+
+static pm_status check_required(const pm_field *fields, const pm_json *object,
+                                const struct place *at)
+{
+    for (const pm_field *field = fields; field->name; field++)
+        if (field->required && !pm_json_get(object, field->name))
+            return pm_error_set_at(at->err, PM_E_MISSING, field->name, 0, 0, "is missing");
+    return PM_OK;
+}
+
+static pm_status check_members(const pm_field *fields, pm_json *object, const struct place *at)
+{
+    if (pm_json_type_of(object) != PM_JSON_OBJECT)
+        return refuse(at, PM_E_RANGE, "must be an object");
+    const char *name = NULL;
+    while ((name = pm_json_next(object, name))) {
+        char path[128];
+        snprintf(path, sizeof path, "%s%s%.80s", at->path, *at->path ? "." : "", name);
+        const struct place inner = {path, at->err};
+        const pm_field *field = pm_field_find(fields, name);
+        if (!field)
+            return refuse(&inner, PM_E_UNSUPPORTED, "is not a member that is known here");
+        pm_status st = check_value(field, pm_json_get(object, name), &inner);
+        if (st)
+            return st;
+    }
+    return check_required(fields, object, at);
+}
+
+pm_status pm_fields_check(const pm_field *fields, pm_json *object, pm_error *err)
+{
+    const struct place top = {"", err};
+    return check_members(fields, object, &top);
+}
+
+/* ---- the schema ---- */
+
+static pm_json *choices_schema(const pm_field *field)
+{
+    pm_json *list = pm_json_pack("[]");
+    for (const char *const *choice = field->choices; list && *choice; choice++)
+        if (!pm_json_append(list, pm_json_pack("s", *choice))) {
+            pm_json_free(list);
+            return NULL;
+        }
+    return pm_json_pack("{s:s, s:o}", "type", "string", "enum", list);
+}
+
+static pm_json *type_schema(const pm_field *field)
+{
+    switch (field->type) {
+    case PM_FIELD_INTEGER:
+        return pm_json_pack("{s:s, s:I, s:I}", "type", "integer", "minimum",
+                            (long long)field->low, "maximum", (long long)field->high);
+    case PM_FIELD_NUMBER:
+        return pm_json_pack("{s:s, s:f, s:f}", "type", "number", "minimum", field->low,
+                            "maximum", field->high);
+    case PM_FIELD_TEXT:
+        return pm_json_pack("{s:s, s:I, s:I}", "type", "string", "minLength",
+                            (long long)field->low, "maxLength", (long long)field->high);
+    case PM_FIELD_CHOICE:
+        return choices_schema(field);
+    case PM_FIELD_CHOICES:
+        return pm_json_pack("{s:s, s:i, s:b, s:o}", "type", "array", "minItems", 1,
+                            "uniqueItems", 1, "items", choices_schema(field));
+    case PM_FIELD_DIGEST:
+        return pm_json_pack("{s:s, s:s}", "type", "string", "pattern", "^[0-9a-f]{64}$");
+    case PM_FIELD_VECTOR:
+        return pm_json_pack("{s:s, s:i, s:i, s:{s:s, s:f, s:f}}", "type", "array", "minItems",
+                            3, "maxItems", 3, "items", "type", "number", "minimum", field->low,
+                            "maximum", field->high);
+    case PM_FIELD_OBJECT:
+        return pm_fields_schema(field->members);
+    case PM_FIELD_VIEW:
+        break;
+    }
+    return pm_json_pack("{s:[o, {s:s, s:I}]}", "oneOf", pm_fields_schema(field->members),
+                        "type", "string", "maxLength", (long long)field->high);
+}
+
+static pm_json *field_schema(const pm_field *field)
+{
+    char doc[512];
+    snprintf(doc, sizeof doc, *field->unit ? "%s [%s]" : "%s", field->doc, field->unit);
+    pm_json *schema = type_schema(field), *otherwise = NULL;
+    bool made = schema && pm_json_put(schema, "description", pm_json_pack("s", doc));
+    if (made && field->otherwise)
+        made = !pm_json_parse(field->otherwise, strlen(field->otherwise), NULL, &otherwise,
+                              NULL) &&
+               pm_json_put(schema, "default", otherwise);
+    if (made)
+        return schema;
+    pm_json_free(schema);
+    return NULL;
+}
+
+pm_json *pm_fields_schema(const pm_field *fields)
+{
+    pm_json *properties = pm_json_pack("{}"), *required = pm_json_pack("[]");
+    bool made = properties && required;
+    for (const pm_field *field = fields; made && field->name; field++) {
+        made = pm_json_put(properties, field->name, field_schema(field));
+        if (made && field->required)
+            made = pm_json_append(required, pm_json_pack("s", field->name));
+    }
+    if (made)
+        return pm_json_pack("{s:s, s:b, s:o, s:o}", "type", "object", "additionalProperties", 0,
+                            "properties", properties, "required", required);
+    pm_json_free(properties);
+    pm_json_free(required);
+    return NULL;
+}
