@@ -1,0 +1,224 @@
+#include "world/pieces.h"
+
+#include <stdlib.h>
+
+/* ---- building ---- */
+
+/* A piece to be: where it lies, and which triangles it is made of. */
+struct place {
+    uint64_t code;
+    uint32_t shape, triangle;
+};
+
+static int by_code(const void *a, const void *b)
+{
+    const struct place *x = a, *y = b;
+    if (x->code != y->code)
+        return x->code < y->code ? -1 : 1;
+    if (x->shape != y->shape)
+        return x->shape < y->shape ? -1 : 1;
+    return (x->triangle > y->triangle) - (x->triangle < y->triangle);
+}
+
+static bool is_planar(const pm_world *world, const struct pm_shape *s)
+{
+    return s->deviation <= world->tolerance;
+}
+
+/* Whether triangle i can go with the next one; the shared edge is that from corner *first of i,
+ * and corner *other of the next is not on it. */
+static bool pairs_up(const pm_world *world, const struct pm_shape *s, uint32_t i, int *first,
+                     int *other)
+{
+    if (i + 1 >= s->triangle_count || !is_planar(world, s))
+        return false;
+    const uint32_t *a = s->triangles[i].corner, *b = s->triangles[i + 1].corner;
+    for (int k = 0; k < 9; k++) {
+        int m = k / 3, n = k % 3;
+        if (a[m] == b[(n + 1) % 3] && a[(m + 1) % 3] == b[n]) {
+            *first = m;
+            *other = (n + 2) % 3;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Every third bit of a coordinate in [-1, 1]. */
+static uint64_t spread_bits(double x)
+{
+    enum { BITS = 21 };
+    double cell = fmin(fmax((x + 1) * (1 << (BITS - 1)), 0), (1 << BITS) - 1);
+    uint64_t i = (uint64_t)cell, code = 0;
+    for (int bit = 0; bit < BITS; bit++)
+        code |= (i >> bit & 1) << 3 * bit;
+    return code;
+}
+
+/* Morton code of the triangle's middle. */
+static uint64_t code_of(const struct pm_shape *s, uint32_t triangle)
+{
+    const uint32_t *c = s->triangles[triangle].corner;
+    pm_vec3 sum =
+        pm_vec3_add(s->vertices[c[0]], pm_vec3_add(s->vertices[c[1]], s->vertices[c[2]]));
+    return spread_bits(sum.x / 3) | spread_bits(sum.y / 3) << 1 | spread_bits(sum.z / 3) << 2;
+}
+
+static size_t list_places(const pm_world *world, struct place *places)
+{
+    size_t count = 0;
+    int first, other;
+    for (uint32_t i = 0; i < world->shape_count; i++) {
+        const struct pm_shape *s = &world->shapes[i];
+        for (uint32_t k = 0; k < s->triangle_count; count++) {
+            places[count] = (struct place){code_of(s, k), i, k};
+            k += pairs_up(world, s, k, &first, &other) ? 2 : 1;
+        }
+    }
+    return count;
+}
+
+static void set_corner(struct pm_piece *p, int i, pm_vec3 v)
+{
+    p->corner[0][i] = v.x;
+    p->corner[1][i] = v.y;
+    p->corner[2][i] = v.z;
+}
+
+/* The triangle's own plane, for polygons that are not planar. */
+static void set_own_plane(struct pm_piece *p, pm_vec3 a, pm_vec3 b, pm_vec3 c)
+{
+    pm_vec3 n = pm_vec3_cross(pm_vec3_sub(b, a), pm_vec3_sub(c, a));
+    double length = pm_vec3_length(n);
+    if (length > 0)
+        p->normal = pm_vec3_make(n.x / length, n.y / length, n.z / length);
+    p->offset = pm_vec3_dot(p->normal, a);
+}
+
+static void make_piece(const pm_world *world, const struct place *place, struct pm_piece *p)
+{
+    const struct pm_shape *s = &world->shapes[place->shape];
+    const uint32_t *a = s->triangles[place->triangle].corner;
+    int first = 0, other = 0;
+    bool two = pairs_up(world, s, place->triangle, &first, &other);
+    const pm_vec3 corner[3] = {s->vertices[a[(first + 1) % 3]], s->vertices[a[(first + 2) % 3]],
+                               s->vertices[a[first]]};
+    for (int k = 0; k < 3; k++)
+        set_corner(p, k, corner[k]);
+    const struct pm_triangle *next = &s->triangles[place->triangle + two];
+    set_corner(p, 3, two ? s->vertices[next->corner[other]] : corner[0]);
+    p->normal = s->axis;
+    p->offset = s->offset;
+    if (!is_planar(world, s))
+        set_own_plane(p, corner[0], corner[1], corner[2]);
+}
+
+static struct pm_piece_owner make_owner(const pm_world *world, uint32_t index)
+{
+    const struct pm_shape *s = &world->shapes[index];
+    return (struct pm_piece_owner){index, s->group, s->material, s->flipped,
+                                   is_planar(world, s)};
+}
+
+pm_status pm_pieces_build(const pm_world *world, struct pm_pieces *out)
+{
+    size_t triangles = 0, count = 0;
+    for (size_t i = 0; i < world->shape_count; i++)
+        triangles += world->shapes[i].triangle_count;
+    struct place *places = malloc((triangles + 1) * sizeof *places);
+    if (places)
+        count = list_places(world, places);
+    *out = (struct pm_pieces){
+        .count = count,
+        .piece = aligned_alloc(alignof(struct pm_piece), (count + 1) * sizeof *out->piece),
+        .owner = malloc((count + 1) * sizeof *out->owner)};
+    if (!places || !out->piece || !out->owner || count >= UINT32_MAX) {
+        free(places);
+        pm_pieces_clear(out);
+        return PM_E_MEMORY;
+    }
+    qsort(places, count, sizeof *places, by_code);
+    for (size_t i = 0; i < count; i++) {
+        make_piece(world, &places[i], &out->piece[i]);
+        out->owner[i] = make_owner(world, places[i].shape);
+    }
+    free(places);
+    return PM_OK;
+}
+
+void pm_pieces_clear(struct pm_pieces *pieces)
+{
+    free(pieces->piece);
+    free(pieces->owner);
+    *pieces = (struct pm_pieces){0};
+}
+
+/* ---- the exact test ---- */
+
+/* x_a y_b - y_a x_b with the right sign: where the difference of the rounded products could
+ * lie, their errors are added (Kahan; Jeannerod, Louvet, Muller, Math. Comp. 82, 2013). Exactly
+ * antisymmetric in a and b. */
+static inline double edge(double xa, double ya, double xb, double yb)
+{
+    double p = xa * yb, q = ya * xb, e = p - q;
+    if (fabs(e) <= 0x1p-51 * (fabs(p) + fabs(q)))
+        e += fma(xa, yb, -p) - fma(ya, xb, -q);
+    return e;
+}
+
+/* All on one side, or on the edge; not all on it: the triangle is then seen from its edge. */
+static inline bool same_side(double a, double b, double c)
+{
+    bool in = (a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0);
+    return in && (a != 0 || b != 0 || c != 0);
+}
+
+static bool passes_through(const struct pm_piece *p, const struct pm_probe *q)
+{
+    double x[4], y[4];
+    const double *px = p->corner[q->axis[0]], *py = p->corner[q->axis[1]];
+    const double *pz = p->corner[q->axis[2]];
+    const double ox = q->o[q->axis[0]], oy = q->o[q->axis[1]], oz = q->o[q->axis[2]];
+    for (int i = 0; i < 4; i++) {
+        double z = pz[i] - oz;
+        x[i] = (px[i] - ox) - q->shear[0] * z;
+        y[i] = (py[i] - oy) - q->shear[1] * z;
+    }
+    double diagonal = edge(x[2], y[2], x[0], y[0]);
+    if (same_side(edge(x[0], y[0], x[1], y[1]), edge(x[1], y[1], x[2], y[2]), diagonal))
+        return true;
+    return same_side(edge(x[2], y[2], x[3], y[3]), edge(x[3], y[3], x[0], y[0]), -diagonal);
+}
+
+/* Along a plane the quotient of two roundings can be anything; the hit still lies within the
+ * extent of the piece. */
+static double clamp_grazing(const struct pm_piece *p, const struct pm_probe *q, double t)
+{
+    const double *z = p->corner[q->axis[2]];
+    const double d[3] = {q->direction.x, q->direction.y, q->direction.z};
+    double scale = 1 / d[q->axis[2]], low = INFINITY, high = -INFINITY;
+    for (int i = 0; i < 4; i++) {
+        double at = (z[i] - q->o[q->axis[2]]) * scale;
+        low = fmin(low, at);
+        high = fmax(high, at);
+    }
+    return fmin(fmax(t, low), high);
+}
+
+bool pm_probe_piece(struct pm_probe *q, const struct pm_pieces *pieces, uint32_t index)
+{
+    const struct pm_piece *p = &pieces->piece[index];
+    const struct pm_piece_owner *owner = &pieces->owner[index];
+    double cosine = pm_vec3_dot(p->normal, q->direction);
+    double t = 0;
+    if (owner->group != q->from_group) {
+        t = (p->offset - pm_vec3_dot(p->normal, q->origin)) / cosine;
+        if (fabs(cosine) < 0x1p-26 && cosine != 0)
+            t = clamp_grazing(p, q, t);
+    }
+    if (!pm_probe_wants(q, t, cosine) || !passes_through(p, q))
+        return false;
+    struct pm_ray_key key =
+        pm_ray_key_make(t, owner->group, owner->shape, owner->flipped, cosine);
+    return pm_probe_offer(q, &key, owner->shape, index);
+}

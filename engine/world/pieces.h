@@ -1,0 +1,43 @@
+#ifndef PM_WORLD_PIECES_H
+#define PM_WORLD_PIECES_H
+
+#include <stdalign.h>
+
+#include "world/probe.h"
+
+/* Polygons as rays meet them. */
+
+/* A triangle, or two that share the edge from corner 0 to corner 2; a single triangle repeats
+ * its corner 0 as corner 3. Two cache lines: in a large mesh fetching them is what a test
+ * costs. */
+struct pm_piece {
+    alignas(64) double corner[3][4]; /* [axis][corner] */
+    pm_vec3 normal;                  /* normal . p = offset */
+    double offset;
+};
+
+/* Whose piece it is. */
+struct pm_piece_owner {
+    uint32_t shape, group, material;
+    bool flipped;
+    bool planar; /* the shape is: its normal is the piece's */
+};
+
+struct pm_pieces {
+    size_t count;
+    struct pm_piece *piece;
+    struct pm_piece_owner *owner;
+};
+
+/* The pieces of all polygons, neighbours in space beside each other: digests scatter them. */
+PM_MUST_USE pm_status pm_pieces_build(const pm_world *world, struct pm_pieces *out);
+void pm_pieces_clear(struct pm_pieces *pieces);
+
+/* The exact test. True if the piece is the best so far.
+ * Woop, Benthin, Wald, "Watertight ray/triangle intersection", JCGT 2(1), 2013: the corners are
+ * sheared so that the ray is the z axis. Equal corners become equal numbers and the sides of
+ * edges are exact, so no ray slips between polygons that share an edge. Test:
+ * closed_surfaces_leak_no_ray. */
+bool pm_probe_piece(struct pm_probe *probe, const struct pm_pieces *pieces, uint32_t index);
+
+#endif

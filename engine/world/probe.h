@@ -1,0 +1,78 @@
+#ifndef PM_WORLD_PROBE_H
+#define PM_WORLD_PROBE_H
+
+#include <math.h>
+
+#include "world/rays.h"
+
+/* One ray on its way through the world: what the exact tests need, and the best that they
+ * found. */
+struct pm_probe {
+    const struct pm_shape *shapes;
+    pm_vec3 origin, direction; /* the origin moved into the cube */
+    double entry;              /* how far it was moved */
+    double o[3];               /* origin */
+    double shear[2];
+    int axis[3]; /* the direction's greatest axis last; the other two span the sheared plane */
+
+    double limit, tolerance;
+    uint32_t from, from_group;
+    struct pm_ray_key after, best; /* hits up to `after` are behind; best.t = INFINITY: none */
+    uint32_t best_shape, best_piece; /* PM_NO_PRIMITIVE: no polygon */
+};
+
+/* The cube in which rays live is a little larger than [-1, 1]^3. */
+#define PM_CUBE_MARGIN 0x1p-20
+
+/* False for rays that can meet nothing: not finite, without direction, past the cube, or empty.
+ */
+bool pm_probe_init(struct pm_probe *probe, const pm_world *world, const pm_ray *ray);
+
+/* The exact test of a ring or a curved shape. True if it is the best so far. */
+bool pm_probe_shape(struct pm_probe *probe, uint32_t index);
+
+static inline bool pm_ray_key_precedes(const struct pm_ray_key *a, const struct pm_ray_key *b)
+{
+    if (a->t != b->t)
+        return a->t < b->t;
+    return a->group != b->group ? a->group < b->group : a->order < b->order;
+}
+
+/* `cosine`: of the direction with the shape's front normal. */
+static inline struct pm_ray_key pm_ray_key_make(double t, uint32_t group, uint32_t index,
+                                                bool flipped, double cosine)
+{
+    int64_t order = (cosine < 0) != flipped ? (int64_t)index : -(int64_t)index;
+    return (struct pm_ray_key){t, group, order};
+}
+
+/* A surface passes within rounding of the ray's end: it is what the ray was aimed at, or
+ * coincides with it. */
+static inline bool pm_probe_is_at_end(const struct pm_probe *probe, double t, double cosine)
+{
+    double gap = probe->limit - t;
+    return !(gap > 0 && gap * fabs(cosine) > probe->tolerance);
+}
+
+/* Whether a hit at t could be the best; before its place in the shape is known. */
+static inline bool pm_probe_wants(const struct pm_probe *probe, double t, double cosine)
+{
+    return t >= probe->after.t && t <= probe->best.t && !pm_probe_is_at_end(probe, t, cosine);
+}
+
+/* Takes the hit if it is the best so far. At t = 0 only what coincides with the surface that
+ * the ray starts from counts, and of that what lies ahead. */
+static inline bool pm_probe_offer(struct pm_probe *probe, const struct pm_ray_key *key,
+                                  uint32_t shape, uint32_t piece)
+{
+    if (!(key->t > 0 || (key->t == 0 && key->group == probe->from_group)))
+        return false;
+    if (!pm_ray_key_precedes(&probe->after, key) || !pm_ray_key_precedes(key, &probe->best))
+        return false;
+    probe->best = *key;
+    probe->best_shape = shape;
+    probe->best_piece = piece;
+    return true;
+}
+
+#endif
