@@ -238,14 +238,13 @@ pm_status pm_bundle_read_tar(const void *data, size_t size, size_t limit_bytes, 
     return st;
 }
 
+/* Always succeeds: pm_bytes remembers a failure, and libarchive 3.6 leaks after one. */
 static la_ssize_t write_bytes(struct archive *archive, void *context, const void *data,
                               size_t size)
 {
-    pm_bytes *out = context;
-    pm_bytes_append(out, data, size);
-    if (out->failed)
-        archive_set_error(archive, ENOMEM, "not enough memory");
-    return out->failed ? -1 : (la_ssize_t)size;
+    (void)archive;
+    pm_bytes_append(context, data, size);
+    return (la_ssize_t)size;
 }
 
 static pm_status write_entry(struct archive *archive, struct archive_entry *entry,
@@ -290,10 +289,10 @@ pm_status pm_bundle_write_tar(const pm_bundle *bundle, pm_bytes *out, pm_error *
     struct archive *archive = archive_write_new();
     pm_status st = archive ? write_entries(bundle, archive, &bytes, err) : memory_error(err);
     archive_write_free(archive);
-    if (!st)
+    if (!st && !bytes.failed)
         pm_bytes_append(out, bytes.data, bytes.size);
-    pm_bytes_clear(&bytes);
-    if (!st && pm_bytes_status(out))
+    if (!st && (bytes.failed || pm_bytes_status(out)))
         st = memory_error(err);
+    pm_bytes_clear(&bytes);
     return st;
 }

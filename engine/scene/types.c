@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MANY = UINT32_MAX };
+enum { MANY = INT32_MAX };
 
 #define ONE(n)        (1U << (n))
 #define RGB           "red green blue"

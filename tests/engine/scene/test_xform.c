@@ -80,7 +80,7 @@ static void arrays_count_from_zero_the_last_fastest(void **state)
                             "steel sphere s 0 0 4 0 0 0 1\n");
     assert_int_equal(scene->count, 7);
     for (int i = 0; i < 6; i++) {
-        char name[16];
+        char name[32];
         snprintf(name, sizeof name, "p.%d.%d.s", i / 3, i % 3);
         assert_string_equal(scene->primitives[i + 1].name, name);
         ASSERT_REALS(&scene->primitives[i + 1], 10 * (i / 3), i % 3, 6, 1);
