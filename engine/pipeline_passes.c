@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/maths.h"
+
 enum {
     NEAREST_PASSES = 16, /* samples a pixel of an N-nearest job that names no stop */
     RADIUS_PROBES = 256, /* photons that the first progressive radius is measured at */
@@ -32,33 +34,62 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* The volume map has no filter: its photons are what they are. */
+static bool is_probed(const pm_photon *photon, pm_photon_filter filter)
+{
+    bool specular = photon->flags & PM_PHOTON_SPECULAR;
+    return filter == PM_PHOTONS_ALL || specular == (filter == PM_PHOTONS_SPECULAR);
+}
+
+static size_t count_probed(const pm_photon_map *map, pm_photon_filter filter)
+{
+    size_t probed = 0, count = map ? pm_photon_map_count(map) : 0;
+    for (size_t i = 0; i < count; i++) {
+        pm_photon photon;
+        pm_photon_map_photon(map, i, &photon);
+        probed += is_probed(&photon, filter);
+    }
+    return probed;
+}
+
+/* The radius that holds `gather_count` photons around one of them. */
+static double radius_at(const pm_photon_map *map, const pm_photon *photon,
+                        pm_photon_filter filter, uint32_t gather_count)
+{
+    pm_vec3 point = pm_photon_position(photon);
+    if (pm_photon_map_header(map)->kind == PM_MAP_VOLUME)
+        return pm_photon_map_volume(map, point, (pm_vec3){0, 0, 1}, 0, gather_count, INFINITY)
+            .radius;
+    return pm_photon_map_nearest(map, point, pm_photon_normal(photon), gather_count, INFINITY,
+                                 filter)
+        .radius;
+}
+
 /* The median radius that holds `gather_count` photons, at photons evenly spread over the stored
- * order. It depends on the map alone, so every view of a scene uses the same radii. */
+ * order; of a map with fewer, the radius of those it has, widened. It depends on the map
+ * alone, so every view of a scene uses the same radii. 0 of a map that holds none or one. */
 static double probe_radius(const pm_photon_map *map, pm_photon_filter filter,
                            uint32_t gather_count)
 {
     double radii[RADIUS_PROBES];
-    size_t found = 0, count = map ? pm_photon_map_count(map) : 0;
-    bool volume = map && pm_photon_map_header(map)->kind == PM_MAP_VOLUME;
-    for (size_t i = 0; i < RADIUS_PROBES && count; i++) {
-        pm_photon photon;
-        pm_photon_map_photon(map, i * count / RADIUS_PROBES, &photon);
-        bool specular = photon.flags & PM_PHOTON_SPECULAR;
-        if (!volume && specular != (filter == PM_PHOTONS_SPECULAR))
-            continue;
-        pm_vec3 point = pm_photon_position(&photon);
-        pm_estimate estimate =
-            volume ? pm_photon_map_volume(map, point, (pm_vec3){0, 0, 1}, 0, gather_count,
-                                          INFINITY)
-                   : pm_photon_map_nearest(map, point, pm_photon_normal(&photon), gather_count,
-                                           INFINITY, filter);
-        if (estimate.radius > 0)
-            radii[found++] = estimate.radius;
-    }
-    if (!found)
+    size_t probed = count_probed(map, filter), seen = 0, found = 0;
+    size_t probes = probed < RADIUS_PROBES ? probed : RADIUS_PROBES;
+    uint32_t held = probed > gather_count ? gather_count : (uint32_t)(probed - 1);
+    if (probed < 2)
         return 0;
+    for (size_t i = 0; found < probes && i < pm_photon_map_count(map); i++) {
+        pm_photon photon;
+        pm_photon_map_photon(map, i, &photon);
+        if (!is_probed(&photon, filter))
+            continue;
+        size_t nth = seen++;
+        if (nth * probes / probed < seen * probes / probed)
+            radii[found++] = radius_at(map, &photon, filter, held);
+    }
     qsort(radii, found, sizeof *radii, by_size);
-    return radii[found / 2];
+    bool volume = pm_photon_map_header(map)->kind == PM_MAP_VOLUME;
+    double wider = pm_pow((double)gather_count / held, volume ? 1. / 3 : 1. / 2);
+    return wider * radii[found / 2];
 }
 
 static void measure_radii(pm_photon_map *const maps[PM_MAP_KINDS], double first[PM_MAP_KINDS])

@@ -8,7 +8,7 @@ static bool is_valid(const pm_backward_maps *maps, pm_map_kind kind)
 {
     double radius = maps->radius[kind];
     return !maps->map[kind] || !pm_photon_map_count(maps->map[kind]) ||
-           (radius > 0 && isfinite(radius)) ||
+           (radius == 0 && maps->progressive) || (radius > 0 && isfinite(radius)) ||
            (radius == 0 && maps->gather_count[kind] > 0 &&
             maps->gather_count[kind] <= PM_GATHER_MAX);
 }
@@ -22,9 +22,16 @@ static struct pm_lookup make_lookup(const pm_backward_maps *maps, pm_map_kind he
                               .filter = filter};
 }
 
+/* Without radius and count a progressive pass has no such photons to speak of. */
+static bool is_asked(const struct pm_lookup *lookup)
+{
+    return lookup->map && pm_photon_map_count(lookup->map) &&
+           (lookup->radius > 0 || lookup->gather_count > 0);
+}
+
 static void add_lookup(struct pm_vertex_rule *rule, struct pm_lookup lookup)
 {
-    if (lookup.map && pm_photon_map_count(lookup.map))
+    if (is_asked(&lookup))
         rule->lookups[rule->lookup_count++] = lookup;
 }
 
@@ -85,8 +92,9 @@ pm_status pm_pass_init(struct pm_pass *pass, const pm_world *world,
     add_indirect(sensor, maps);
     sensor->through_specular = true;
     sensor->after_specular = maps->ambient_bounces == 0;
-    if (maps->map[PM_MAP_VOLUME] && pm_photon_map_count(maps->map[PM_MAP_VOLUME]))
-        pass->volume = make_lookup(maps, PM_MAP_VOLUME, PM_MAP_VOLUME, PM_PHOTONS_ALL);
+    struct pm_lookup volume = make_lookup(maps, PM_MAP_VOLUME, PM_MAP_VOLUME, PM_PHOTONS_ALL);
+    if (is_asked(&volume))
+        pass->volume = volume;
     return PM_OK;
 }
 
