@@ -15,8 +15,9 @@ static const char *const formats[] = {"exr", "hdr", "png", NULL};
 
 #define SCENE_TEXT_MAX (1 << 20)
 #define COORDINATE_MAX 1e30
-#define EXACT_INTEGER  9007199254740992.0 /* 2^53: every JSON reader keeps integers up to here \
-                                           */
+#define EXACT_INTEGER                                                                          \
+    9007199254740992.0 /* 2^53: every JSON reader keeps integers up to here                    \
+                        */
 
 const pm_field pm_fields_map[] = {
     {.name = "count",

@@ -145,12 +145,16 @@ static pm_turn reply_document(pm_exchange *exchange, unsigned status, const char
                               pm_json *json)
 {
     char *text = json ? pm_json_pretty(json) : NULL;
+    pm_bytes line = {0};
     pm_json_free(json);
     if (text)
-        reply_copy(exchange, status, type, text);
+        pm_bytes_format(&line, "%s\n", text);
+    free(text);
+    if (line.size && !pm_bytes_status(&line))
+        reply_copy(exchange, status, type, (const char *)line.data);
     else
         reply_copy(exchange, 503, "application/problem+json", no_memory);
-    free(text);
+    pm_bytes_clear(&line);
     return PM_TURN_REPLY;
 }
 

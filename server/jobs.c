@@ -2,7 +2,6 @@
 
 #include <pthread.h>
 #include <signal.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/pidfd.h>
@@ -187,13 +186,11 @@ struct map_records {
     size_t count;
 };
 
-/* The file of a map, among the results of a job of kind map. */
+/* The file of a map, which a job of kind map has among its results under the map's kind. */
 static const pm_run_result *map_file(const pm_outcome *outcome, const char *kind)
 {
-    char name[sizeof outcome->results->name];
-    snprintf(name, sizeof name, "%s.pm", kind);
     for (size_t i = 0; i < outcome->result_count; i++)
-        if (!strcmp(outcome->results[i].name, name))
+        if (!strcmp(outcome->results[i].name, kind))
             return &outcome->results[i];
     return NULL;
 }

@@ -1,35 +1,70 @@
 #include "lease.h"
 
 #include <errno.h>
-#include <poll.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/socket.h>
+#include <sys/eventfd.h>
+#include <sys/file.h>
+#include <time.h>
 #include <unistd.h>
 
-#include "listen.h"
-
-enum { LEASES_MAX = 1024 };
+enum { WAKE_SIGNAL = SIGUSR1, RETRY_NS = 1000000 };
 
 struct pm_lease {
-    char *path;
-    int listener;
-    int *held; /* connections */
-    size_t count;
-    bool had_one;
+    int file, ended; /* `ended` is an eventfd */
+    bool waiting;    /* the thread was started */
+    pthread_t thread;
+    atomic_bool stop;
 };
+
+static void ignore(int signal)
+{
+    (void)signal; /* interrupting flock is all it is for */
+}
+
+static void *wait_main(void *context)
+{
+    pm_lease *lease = context;
+    const uint64_t one = 1;
+    int failed;
+    do {
+        failed = flock(lease->file, LOCK_EX);
+    } while (failed && errno == EINTR && !atomic_load(&lease->stop));
+    if (!failed && write(lease->ended, &one, sizeof one) != sizeof one)
+        return NULL; /* cannot happen: an eventfd takes 2^64 - 2 of them */
+    return NULL;
+}
+
+static pm_status start(pm_lease *lease, const char *path, pm_error *err)
+{
+    struct sigaction action = {.sa_handler = ignore}; /* without SA_RESTART */
+    sigemptyset(&action.sa_mask);
+    lease->file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (lease->file < 0)
+        return pm_error_set_at(err, PM_E_IO, path, 0, 0, "cannot be opened: %s",
+                               strerror(errno));
+    lease->ended = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    if (lease->ended < 0 || sigaction(WAKE_SIGNAL, &action, NULL) ||
+        pthread_create(&lease->thread, NULL, wait_main, lease))
+        return pm_error_set(err, PM_E_MEMORY, "cannot wait for the lease: %s", strerror(errno));
+    lease->waiting = true;
+    return PM_OK;
+}
 
 pm_status pm_lease_new(const char *path, pm_lease **out, pm_error *err)
 {
     pm_lease *lease = calloc(1, sizeof *lease);
     if (!lease)
-        return pm_error_set(err, PM_E_MEMORY, "no memory for leases");
-    lease->listener = -1;
-    lease->path = strdup(path);
-    lease->held = calloc(LEASES_MAX, sizeof *lease->held);
-    pm_status st = lease->path && lease->held
-                       ? pm_listen_unix(path, &lease->listener, err)
-                       : pm_error_set(err, PM_E_MEMORY, "no memory for leases");
+        return pm_error_set(err, PM_E_MEMORY, "no memory for a lease");
+    lease->file = lease->ended = -1;
+    atomic_init(&lease->stop, false);
+    pm_status st = start(lease, path, err);
     if (st)
         pm_lease_free(lease);
     else
@@ -37,71 +72,31 @@ pm_status pm_lease_new(const char *path, pm_lease **out, pm_error *err)
     return st;
 }
 
+/* A signal that comes between the thread's look at `stop` and its flock is lost, so it is sent
+ * until the thread has ended. */
+static void end_thread(pm_lease *lease)
+{
+    atomic_store(&lease->stop, true);
+    do {
+        pthread_kill(lease->thread, WAKE_SIGNAL);
+        nanosleep(&(struct timespec){.tv_nsec = RETRY_NS}, NULL);
+    } while (pthread_tryjoin_np(lease->thread, NULL) == EBUSY);
+}
+
 void pm_lease_free(pm_lease *lease)
 {
     if (!lease)
         return;
-    if (lease->listener >= 0) {
-        unlink(lease->path);
-        close(lease->listener);
-    }
-    for (size_t i = 0; i < lease->count; i++)
-        close(lease->held[i]);
-    free(lease->held);
-    free(lease->path);
+    if (lease->waiting)
+        end_thread(lease);
+    if (lease->ended >= 0)
+        close(lease->ended);
+    if (lease->file >= 0)
+        close(lease->file);
     free(lease);
 }
 
-static void take_new(pm_lease *lease)
+int pm_lease_descriptor(const pm_lease *lease)
 {
-    int connection = accept4(lease->listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (connection < 0)
-        return;
-    bool is_told = lease->count < LEASES_MAX && send(connection, "+", 1, MSG_NOSIGNAL) == 1;
-    if (!is_told) {
-        close(connection);
-        return;
-    }
-    lease->held[lease->count++] = connection;
-    lease->had_one = true;
-}
-
-/* Nothing is expected on a lease, so whatever can be read is dropped; an end of file ends it.
- */
-static bool has_gone(int connection)
-{
-    char nothing[64];
-    ssize_t got = recv(connection, nothing, sizeof nothing, MSG_DONTWAIT);
-    return !got || (got < 0 && errno != EAGAIN && errno != EINTR);
-}
-
-static void drop_gone(pm_lease *lease, const struct pollfd *polled)
-{
-    size_t kept = 0;
-    for (size_t i = 0; i < lease->count; i++) {
-        if (polled[i].revents && has_gone(lease->held[i]))
-            close(lease->held[i]);
-        else
-            lease->held[kept++] = lease->held[i];
-    }
-    lease->count = kept;
-}
-
-bool pm_lease_serve(pm_lease *lease, int wake, int first_ms)
-{
-    struct pollfd *polled = calloc(lease->count + 2, sizeof *polled);
-    if (!polled)
-        return false;
-    for (size_t i = 0; i < lease->count; i++)
-        polled[i] = (struct pollfd){.fd = lease->held[i], .events = POLLIN};
-    struct pollfd *extra = polled + lease->count;
-    extra[0] = (struct pollfd){.fd = lease->listener, .events = POLLIN};
-    extra[1] = (struct pollfd){.fd = wake, .events = POLLIN};
-    int ready = poll(polled, lease->count + 2, lease->had_one ? -1 : first_ms);
-    short arrived = extra[0].revents;
-    drop_gone(lease, polled);
-    if (arrived)
-        take_new(lease);
-    free(polled);
-    return lease->count || (!lease->had_one && ready != 0);
+    return lease->ended;
 }

@@ -17,7 +17,7 @@
 /* pmserver: options, then everything is started, then signals are waited for, then everything
  * is stopped in the opposite order. */
 
-enum { LOCK_WAIT_MS = 10000, FIRST_LEASE_MS = 30000 };
+enum { LOCK_WAIT_MS = 10000 };
 
 struct server {
     pm_options options;
@@ -67,7 +67,8 @@ static pm_status open_store(struct server *server, pm_error *err)
 {
     const pm_store_options options = {.path = server->options.store,
                                       .limit_bytes = server->options.store_limit,
-                                      .lock_wait_ms = server->options.lease ? LOCK_WAIT_MS : 0};
+                                      .lock_wait_ms =
+                                          server->options.exit_when_idle ? LOCK_WAIT_MS : 0};
     return pm_store_open(&options, &server->service.store, err);
 }
 
@@ -130,12 +131,11 @@ static pm_status listen_unix(struct server *server, pm_error *err)
     return st;
 }
 
-/* The lease comes before the lines that say that everything is there. */
 static pm_status open_doors(struct server *server, pm_error *err)
 {
     pm_status st = PM_OK;
-    if (server->options.lease)
-        st = pm_lease_new(server->options.lease, &server->lease, err);
+    if (server->options.exit_when_idle)
+        st = pm_lease_new(server->options.exit_when_idle, &server->lease, err);
     if (!st && server->options.listen)
         st = listen_tcp(server, err);
     if (!st && server->options.unix_path)
@@ -165,30 +165,22 @@ static pm_status start(struct server *server, pm_error *err)
     return st ? st : open_doors(server, err);
 }
 
-static bool is_told_to_stop(const struct server *server)
-{
-    struct signalfd_siginfo info;
-    return read(server->signals, &info, sizeof info) == sizeof info;
-}
-
-/* Until a signal or the end of the last lease. True if jobs should be cancelled: their clients
- * have gone. */
+/* Until a signal comes or nobody uses a private server any more. True in the second case. */
 static bool serve(struct server *server)
 {
-    while (!is_told_to_stop(server)) {
-        if (server->lease && !pm_lease_serve(server->lease, server->signals, FIRST_LEASE_MS))
-            return true;
-        struct pollfd signals = {.fd = server->signals, .events = POLLIN};
-        if (!server->lease)
-            poll(&signals, 1, -1);
-    }
-    return false;
+    struct pollfd ends[] = {
+        {.fd = server->signals, .events = POLLIN},
+        {.fd = server->lease ? pm_lease_descriptor(server->lease) : -1, .events = POLLIN}};
+    while (poll(ends, 2, -1) < 0 && errno == EINTR)
+        ;
+    return ends[1].revents != 0;
 }
 
+/* Jobs that go on running are the next server's, unless `cancel`: their clients have gone. The
+ * lease is let go last: who waits for it finds everything closed. */
 static void stop(struct server *server, bool cancel)
 {
     pm_service *service = &server->service;
-    pm_lease_free(server->lease);
     if (server->options.unix_path && service->http)
         unlink(server->options.unix_path);
     if (service->http)
@@ -198,6 +190,7 @@ static void stop(struct server *server, bool cancel)
     pm_jobs_free(service->jobs);
     pm_http_free(service->http);
     pm_store_close(service->store);
+    pm_lease_free(server->lease);
     pm_access_clear(&server->access);
     pm_options_clear(&server->options);
 }

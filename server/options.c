@@ -46,8 +46,9 @@ const char pm_options_help[] =
     "  --memory-limit BYTES address space of a worker, default none\n"
     "  --cpu-limit SECONDS  CPU time of a worker, default none\n"
     "  --worker FILE        default: pmworker beside pmserver\n"
-    "  --lease PATH         private server: ends when the last connection to this Unix socket "
-    "closes\n"
+    "  --exit-when-idle FILE  private server: who uses it holds a shared flock(2) on FILE; "
+    "when\n"
+    "                       nobody does any more, it cancels what is left and ends\n"
     "  -v                   say on stderr what happens\n"
     "\n"
     "Try it, with a scene of one file:\n"
@@ -91,7 +92,7 @@ static const struct option table[] = {
     {"--worker", offsetof(pm_options, worker), OWNED, 0, 0},
     {"--listen", offsetof(pm_options, listen), TEXT, 0, 0},
     {"--unix", offsetof(pm_options, unix_path), TEXT, 0, 0},
-    {"--lease", offsetof(pm_options, lease), TEXT, 0, 0},
+    {"--exit-when-idle", offsetof(pm_options, exit_when_idle), TEXT, 0, 0},
     {"--token-file", offsetof(pm_options, token_file), TEXT, 0, 0},
     {"--jobs", offsetof(pm_options, jobs), COUNT, 1, 64},
     {"--connections", offsetof(pm_options, connections), COUNT, 2, 10000},

@@ -8,9 +8,9 @@
 
 /* The command line of pmserver. */
 typedef struct pm_options {
-    char *store;                                         /* to be freed */
-    const char *listen, *unix_path, *lease, *token_file; /* NULL: not given */
-    char *worker;                                        /* to be freed */
+    char *store;                                                  /* to be freed */
+    const char *listen, *unix_path, *exit_when_idle, *token_file; /* NULL: not given */
+    char *worker;                                                 /* to be freed */
     unsigned jobs;
     uint64_t memory_limit, cpu_limit, blob_limit, store_limit; /* 0 = none */
     unsigned patience_s, connections;

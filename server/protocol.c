@@ -50,6 +50,8 @@ static pm_status send_text(int socket, char *text, const int *files, size_t file
     do
         sent = sendmsg(socket, &message, MSG_NOSIGNAL);
     while (sent < 0 && errno == EINTR);
+    if (sent < 0 && (errno == EPIPE || errno == ECONNRESET))
+        return pm_error_set(err, PM_E_MISSING, "the other side has gone");
     return sent < 0 ? system_error(err, "cannot send a message") : PM_OK;
 }
 

@@ -37,8 +37,8 @@ typedef struct pm_message {
     size_t file_count;
 } pm_message;
 
-/* Sends; `json` is stolen, NULL is PM_E_MEMORY. The files stay the caller's. PM_E_IO if the
- * other side is gone. */
+/* Sends; `json` is stolen, NULL is PM_E_MEMORY. The files stay the caller's. PM_E_MISSING
+ * if the other side has closed. */
 PM_MUST_USE pm_status pm_message_send(int socket, pm_json *json, const int *files,
                                       size_t file_count, pm_error *err);
 

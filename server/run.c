@@ -76,6 +76,16 @@ static pm_status digest_file(pm_store *store, const pm_digest *digest, int *file
     return st ? st : blob_file(store, &blob, file, err);
 }
 
+/* If the worker is gone, its exit status is the reason, not that it cannot be told. */
+static pm_status tell(struct run *run, pm_json *json, const int *files, size_t count)
+{
+    pm_error err = PM_ERROR_INIT;
+    pm_status st = pm_message_send(run->socket, json, files, count, &err);
+    if (st && st != PM_E_MISSING)
+        pm_error_set(&run->err, st, "%s", err.text);
+    return st;
+}
+
 /* ---- the job's first message ---- */
 
 struct files {
@@ -118,12 +128,11 @@ static pm_status send_job(struct run *run)
     if (!st)
         st = add_files(run, &files);
     if (!st)
-        st = pm_message_send(run->socket,
-                             pm_json_pack("{s:s, s:s, s:b, s:i}", "type", "job", "main",
-                                          run->task->main_name, "check",
-                                          run->task->request == NULL, "threads",
-                                          (int)run->settings->threads),
-                             files.list, files.count, &run->err);
+        st = tell(run,
+                  pm_json_pack("{s:s, s:s, s:b, s:i}", "type", "job", "main",
+                               run->task->main_name, "check", run->task->request == NULL,
+                               "threads", (int)run->settings->threads),
+                  files.list, files.count);
     for (size_t i = 0; i < files.count; i++)
         close(files.list[i]);
     return st;
@@ -149,9 +158,7 @@ static pm_status on_begin(struct run *run, const pm_message *message)
         return refuse(run);
     bool joined =
         pm_building_begin(run->settings->building, &family, run->task->id, run->task->stop);
-    return pm_message_send(run->socket,
-                           pm_json_pack("{s:s, s:b}", "type", "begun", "joined", joined), NULL,
-                           0, &run->err);
+    return tell(run, pm_json_pack("{s:s, s:b}", "type", "begun", "joined", joined), NULL, 0);
 }
 
 static void drop_kept(struct run *run)
@@ -179,9 +186,7 @@ static pm_status on_end(struct run *run, const pm_message *message)
         return refuse(run);
     bool stored = !flush(run);
     pm_building_end(run->settings->building, &family, run->task->id);
-    return pm_message_send(run->socket,
-                           pm_json_pack("{s:s, s:b}", "type", "ended", "ok", stored), NULL, 0,
-                           &run->err);
+    return tell(run, pm_json_pack("{s:s, s:b}", "type", "ended", "ok", stored), NULL, 0);
 }
 
 static pm_status find_batch(struct run *run, const pm_digest *family, uint64_t index, int *file)
@@ -209,9 +214,8 @@ static pm_status on_fetch(struct run *run, const pm_message *message)
     if (st && st != PM_E_MISSING)
         return st;
     run->out->batches_read += !st;
-    st = pm_message_send(run->socket,
-                         pm_json_pack("{s:s, s:b}", "type", "batch", "found", file >= 0), &file,
-                         file >= 0, &run->err);
+    st = tell(run, pm_json_pack("{s:s, s:b}", "type", "batch", "found", file >= 0), &file,
+              file >= 0);
     if (file >= 0)
         close(file);
     return st;
@@ -233,8 +237,7 @@ static pm_status on_keep(struct run *run, const pm_message *message)
         st = flush(run);
     if (st)
         return st;
-    return pm_message_send(run->socket, pm_json_pack("{s:s}", "type", "kept"), NULL, 0,
-                           &run->err);
+    return tell(run, pm_json_pack("{s:s}", "type", "kept"), NULL, 0);
 }
 
 static pm_status on_result(struct run *run, const pm_message *message)

@@ -28,6 +28,9 @@ const pm_route pm_service_routes[] = {
 
 pm_turn pm_reply_error(pm_exchange *exchange, const pm_error *err)
 {
+    if (err->status == PM_E_SYNTAX && !strcmp(err->file, "body"))
+        return pm_reply_problem(exchange, 400, "the body is no JSON: line %d, column %d: %s",
+                                err->line, err->column, err->text);
     return pm_reply_problem_json(exchange, pm_problem_of_member(err));
 }
 

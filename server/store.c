@@ -377,7 +377,7 @@ static void sleep_ms(long ms)
 static pm_status take_lock(pm_store *store, const pm_store_options *options, pm_error *err)
 {
     char name[4096];
-    if (snprintf(name, sizeof name, "%s.lock", options->path) >= (int)sizeof name)
+    if (snprintf(name, sizeof name, "%s.pid", options->path) >= (int)sizeof name)
         return pm_error_set(err, PM_E_LIMIT, "the store's path is too long");
     store->lock_file = open(name, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     if (store->lock_file < 0)

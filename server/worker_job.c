@@ -327,14 +327,17 @@ static pm_status send_pictures(struct worker *worker, const pm_answer *answer, u
     return st;
 }
 
-static pm_status send_values(struct worker *worker, const float *values, size_t count,
-                             const char *name)
+/* A line a sensor: r g b and the half-widths of their 95 % intervals. Nine digits give a float
+ * back exactly. */
+static pm_status send_values(struct worker *worker, const pm_answer *answer)
 {
     pm_bytes bytes = {0};
-    for (size_t i = 0; i < count; i++) /* nine digits give a float back exactly */
-        pm_bytes_format(&bytes, "%.9g\t%.9g\t%.9g\n", (double)values[3 * i],
-                        (double)values[3 * i + 1], (double)values[3 * i + 2]);
-    return send_result(worker, &bytes, name, "txt");
+    for (size_t i = 0; i < worker->job.sensor_count; i++) {
+        const float *v = &answer->values[3 * i], *w = &answer->half_widths[3 * i];
+        pm_bytes_format(&bytes, "%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\n", (double)v[0],
+                        (double)v[1], (double)v[2], (double)w[0], (double)w[1], (double)w[2]);
+    }
+    return send_result(worker, &bytes, "values.txt", "txt");
 }
 
 static pm_status send_maps(struct worker *worker, const pm_answer *answer, pm_error *err)
@@ -343,12 +346,10 @@ static pm_status send_maps(struct worker *worker, const pm_answer *answer, pm_er
     for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
         if (!answer->map[kind])
             continue;
-        char name[32];
         pm_bytes bytes = {0};
-        snprintf(name, sizeof name, "%s.pm", pm_map_kind_name((pm_map_kind)kind));
         st = pm_photon_map_write(answer->map[kind], worker->job.command, &bytes, err);
         if (!st)
-            st = send_result(worker, &bytes, name, "pm");
+            st = send_result(worker, &bytes, pm_map_kind_name((pm_map_kind)kind), "pm");
         pm_bytes_clear(&bytes);
     }
     return st;
@@ -360,11 +361,8 @@ static pm_status send_results(struct worker *worker, const pm_answer *answer, un
     switch (worker->job.kind) {
     case PM_JOB_RENDER:
         return send_pictures(worker, answer, formats, err);
-    case PM_JOB_TRACE: {
-        size_t count = worker->job.sensor_count;
-        pm_status st = send_values(worker, answer->values, count, "values.txt");
-        return st ? st : send_values(worker, answer->half_widths, count, "half-widths.txt");
-    }
+    case PM_JOB_TRACE:
+        return send_values(worker, answer);
     case PM_JOB_MAP:
         return send_maps(worker, answer, err);
     case PM_JOB_CHECK:
