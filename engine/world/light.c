@@ -19,7 +19,7 @@ static const struct pm_material *material_of(const pm_world *world,
  * integrand is smooth and periodic, so that equal steps converge fast. */
 static double mean_around(const struct pm_shape *shape, const struct pm_material *spot)
 {
-    enum { STEPS = 256 };
+    enum { STEPS = 1024 };
     double slope = (shape->r0 - shape->r1) / shape->height;
     double side = shape->inward ? -1 : 1, sum = 0;
     pm_frame frame = pm_frame_make(shape->axis);

@@ -96,7 +96,7 @@ static inline void histogram_add(struct histogram *h, pm_vec3 w)
 static inline void histogram_expect(struct histogram *h, double (*density)(void *, pm_vec3),
                                     void *context)
 {
-    enum { STEPS = 24 };
+    enum { STEPS = 40 };
     for (int b = 0; b < BINS; b++) {
         double sum = 0;
         for (int k = 0; k < STEPS * STEPS; k++) {
