@@ -57,6 +57,40 @@ static bool plane_meets_cube(const struct pm_shape *s, pm_vec3 center, double ha
     return fabs(pm_vec3_dot(s->axis, center) - s->offset) <= reach + s->deviation;
 }
 
+/* Whether the polygon's shadow on an axis at right angles to one of its edges and to one of the
+ * cube's is apart from the cube's (Akenine-Moeller, "Fast 3D triangle-box overlap testing", JGT
+ * 6(1), 2001; for more corners than three it is as conservative as it is for their hull). */
+static bool edge_parts(const struct pm_shape *s, pm_vec3 edge, pm_vec3 center, double half)
+{
+    const pm_vec3 axes[3] = {{0, -edge.z, edge.y}, {edge.z, 0, -edge.x}, {-edge.y, edge.x, 0}};
+    for (int k = 0; k < 3; k++) {
+        pm_vec3 a = axes[k];
+        double reach = (half + 0x1p-48) * (fabs(a.x) + fabs(a.y) + fabs(a.z));
+        double low = INFINITY, high = -INFINITY;
+        for (uint32_t i = 0; i < s->vertex_count; i++) {
+            double at = pm_vec3_dot(a, pm_vec3_sub(s->vertices[i], center));
+            low = at < low ? at : low;
+            high = at > high ? at : high;
+        }
+        if (low > reach || high < -reach)
+            return true;
+    }
+    return false;
+}
+
+static bool polygon_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)
+{
+    enum { FEW = 8 }; /* for more corners it costs more than it spares */
+    if (!plane_meets_cube(s, center, half))
+        return false;
+    for (uint32_t i = 0; i < s->vertex_count && s->vertex_count <= FEW; i++) {
+        pm_vec3 next = s->vertices[(i + 1) % s->vertex_count];
+        if (edge_parts(s, pm_vec3_sub(next, s->vertices[i]), center, half))
+            return false;
+    }
+    return true;
+}
+
 /* The shell lies between the cube's nearest and farthest points from its centre. */
 static bool ball_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)
 {
@@ -73,7 +107,9 @@ bool pm_shape_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)
         s->low.z > center.z + half || s->high.x < center.x - half ||
         s->high.y < center.y - half || s->high.z < center.z - half)
         return false;
-    if (pm_shape_is_planar(s))
+    if (s->type == PM_POLYGON)
+        return polygon_meets_cube(s, center, half);
+    if (s->type == PM_RING)
         return plane_meets_cube(s, center, half);
     return !pm_shape_is_ball(s) || ball_meets_cube(s, center, half);
 }
