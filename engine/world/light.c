@@ -132,6 +132,9 @@ pm_status pm_lights_build(pm_world *world, pm_error *err)
     struct pm_lights *l = pm_arena_alloc(&world->arena, sizeof *l);
     if (!l || !allocate(world, l))
         return pm_error_set(err, PM_E_MEMORY, "out of memory for the lights");
+    pm_status status = pm_sky_index_build(world, &l->sky, err);
+    if (status)
+        return status;
     fill(world, l);
     set_bounding_sphere(world, l);
     world->lights = l;
@@ -229,37 +232,41 @@ pm_rgb pm_light_seen_radiance(const pm_world *world, const pm_hit *hit, pm_vec3 
 
 /* ---- distant sources ---- */
 
-static bool covers(const struct pm_distant *source, pm_vec3 direction)
-{
-    pm_vec3 off = pm_vec3_sub(direction, source->direction);
-    return pm_vec3_dot(off, off) <= 2 * source->versine;
-}
-
 double pm_lights_distant_pdf(const pm_world *world, uint32_t light)
 {
     const struct pm_distant *source = &world->distants[world->lights->lights[light].distant];
     return pm_lights_chance(world->lights, light) / (2 * PM_PI * source->versine);
 }
 
+struct gathering {
+    const pm_world *world;
+    struct pm_sky sky;
+};
+
+static void gather_source(void *context, uint32_t source)
+{
+    struct gathering *g = context;
+    const struct pm_material *m = &g->world->materials[g->world->distants[source].material];
+    uint32_t light = g->world->lights->of_distant[source];
+    if (m->type == PM_ILLUM)
+        return;
+    if (light != PM_NO_LIGHT)
+        g->sky.pdf += pm_lights_distant_pdf(g->world, light);
+    if (m->type == PM_LIGHT) {
+        g->sky.lights = pm_rgb_add(g->sky.lights, m->color);
+        g->sky.lit = true;
+    } else if (m->type == PM_GLOW && light != PM_NO_LIGHT) {
+        g->sky.glows = pm_rgb_add(g->sky.glows, m->color);
+    } else if (m->type == PM_GLOW) {
+        g->sky.seen_glows = pm_rgb_add(g->sky.seen_glows, m->color);
+    }
+}
+
 struct pm_sky pm_lights_sky(const pm_world *world, pm_vec3 direction)
 {
-    struct pm_sky sky = {.pdf = 0};
-    for (uint32_t i = 0; i < world->distant_count; i++) {
-        const struct pm_material *m = &world->materials[world->distants[i].material];
-        uint32_t light = world->lights->of_distant[i];
-        if (m->type == PM_ILLUM || !covers(&world->distants[i], direction))
-            continue;
-        if (light != PM_NO_LIGHT)
-            sky.pdf += pm_lights_distant_pdf(world, light);
-        if (m->type == PM_GLOW && light == PM_NO_LIGHT)
-            sky.seen_glows = pm_rgb_add(sky.seen_glows, m->color);
-        else if (m->type == PM_GLOW)
-            sky.glows = pm_rgb_add(sky.glows, m->color);
-        else if (m->type == PM_LIGHT)
-            sky.lights = pm_rgb_add(sky.lights, m->color);
-        sky.lit = sky.lit || m->type == PM_LIGHT;
-    }
-    return sky;
+    struct gathering g = {.world = world};
+    pm_sky_index_visit(world->lights->sky, world, direction, gather_source, &g);
+    return g.sky;
 }
 
 pm_rgb pm_light_distant(const pm_world *world, pm_vec3 direction, double *pdf)

@@ -2,6 +2,7 @@
 #define PM_WORLD_LIGHTS_H
 
 #include "world/material.h"
+#include "world/sky.h"
 
 /* The table of lights, shared by light.c, light_emit.c and light_sample.c. */
 
@@ -23,6 +24,7 @@ struct pm_lights {
     pm_rgb power;            /* of all */
     pm_vec3 center;          /* of the scene's bounding sphere */
     double radius;
+    struct pm_sky_index *sky;
 };
 
 uint32_t pm_lights_pick(const struct pm_lights *lights, double u);
