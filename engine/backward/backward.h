@@ -25,12 +25,12 @@
 typedef struct pm_backward_maps {
     const pm_photon_map *map[PM_MAP_KINDS];
     uint32_t gather_count[PM_MAP_KINDS]; /* N-nearest, if radius is 0 */
-    double radius[PM_MAP_KINDS]; /* fixed radius [world units], if > 0. Progressive passes: the
-                                    global map serves both, its specular photons with the radius
-                                    of PM_MAP_CAUSTIC (0: it holds none); with -ab 0 there
-                                    is a caustic map instead of a global one */
-    bool progressive;            /* the maps are those of one progressive pass */
-    int ambient_bounces;         /* -ab; see the table in plan/plan.h */
+    double radius[PM_MAP_KINDS];         /* fixed radius [world units], if > 0. Progressive
+                                            passes: the global map serves both, its specular
+                                            photons with the radius of PM_MAP_CAUSTIC; 0 = not
+                                            known yet: that of the other, or 2^-4 */
+    bool progressive;                    /* the maps are those of one progressive pass */
+    int ambient_bounces;                 /* -ab; see the table in plan/plan.h */
 } pm_backward_maps;
 
 typedef struct pm_sensor {
@@ -53,7 +53,7 @@ typedef enum pm_quantity {
  * sensor_on_a_surface_sees_the_photons_there, sensor_in_free_space_sees_what_the_walls_send,
  * all_partitions_give_the_same_light. */
 
-/* Sums of the passes so far, of a picture or of sensors; 480 bytes a pixel or sensor. */
+/* Sums of the passes so far, of a picture or of sensors; 456 bytes a pixel or sensor. */
 typedef struct pm_accumulation pm_accumulation;
 
 /* The world is borrowed. PM_E_RANGE for a view or sensor that cannot be, PM_E_LIMIT for more

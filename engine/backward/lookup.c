@@ -4,29 +4,36 @@
 
 /* ---- which maps count where ---- */
 
+/* [world units] for a progressive pass that has seen too few photons to know better. */
+#define UNKNOWN_RADIUS 0x1p-4
+
 static bool is_valid(const pm_backward_maps *maps, pm_map_kind kind)
 {
     double radius = maps->radius[kind];
-    return !maps->map[kind] || !pm_photon_map_count(maps->map[kind]) ||
-           (radius == 0 && maps->progressive) || (radius > 0 && isfinite(radius)) ||
-           (radius == 0 && maps->gather_count[kind] > 0 &&
-            maps->gather_count[kind] <= PM_GATHER_MAX);
+    uint32_t count = maps->gather_count[kind];
+    if (!maps->map[kind] || !pm_photon_map_count(maps->map[kind]))
+        return true;
+    if (radius == 0)
+        return maps->progressive || (count > 0 && count <= PM_GATHER_MAX);
+    return radius > 0 && isfinite(radius);
+}
+
+static double radius_of(const pm_backward_maps *maps, pm_map_kind kind)
+{
+    pm_map_kind other = kind == PM_MAP_GLOBAL ? PM_MAP_CAUSTIC : PM_MAP_GLOBAL;
+    if (!maps->progressive || maps->radius[kind] > 0)
+        return maps->radius[kind];
+    return kind != PM_MAP_VOLUME && maps->radius[other] > 0 ? maps->radius[other]
+                                                            : UNKNOWN_RADIUS;
 }
 
 static struct pm_lookup make_lookup(const pm_backward_maps *maps, pm_map_kind held,
                                     pm_map_kind kind, pm_photon_filter filter)
 {
     return (struct pm_lookup){.map = maps->map[held],
-                              .radius = maps->radius[kind],
+                              .radius = radius_of(maps, kind),
                               .gather_count = maps->gather_count[kind],
                               .filter = filter};
-}
-
-/* Without radius and count a progressive pass has no such photons to speak of. */
-static bool is_asked(const struct pm_lookup *lookup)
-{
-    return lookup->map && pm_photon_map_count(lookup->map) &&
-           (lookup->radius > 0 || lookup->gather_count > 0);
 }
 
 static void add_lookup(struct pm_vertex_rule *rule, struct pm_lookup lookup)

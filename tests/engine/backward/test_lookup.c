@@ -104,6 +104,27 @@ static void progressive_passes_give_the_radiosity_of_a_shell(void **state)
     pm_world_free(world);
 }
 
+/* Where one kind of photon is missing its radius is not known, and the other's is taken:
+ * nothing fails, and no photon is lost. */
+static void unknown_progressive_radius_is_that_of_the_other_kind(void **state)
+{
+    (void)state;
+    pm_world *world = world_of(SHELL);
+    pm_photon_map *map = map_of(world, PM_MAP_GLOBAL, 0, 1);
+    pm_backward_maps known = {
+        .map = {map}, .radius = {.1, .1}, .progressive = true, .ambient_bounces = 1};
+    pm_backward_maps plain = known, specular = known;
+    plain.radius[PM_MAP_CAUSTIC] = 0;
+    specular.radius[PM_MAP_GLOBAL] = 0;
+    struct measured want = sense(world, &known, PM_RADIANCE, at_wall, 16);
+    struct measured a = sense(world, &plain, PM_RADIANCE, at_wall, 16);
+    struct measured b = sense(world, &specular, PM_RADIANCE, at_wall, 16);
+    assert_true(want.value[0] > 1.5 * albedo[0] / PM_PI * direct);
+    assert_true(a.value[0] == want.value[0] && b.value[0] == want.value[0]);
+    pm_photon_map_free(map);
+    pm_world_free(world);
+}
+
 /* In free space there is no photon to find: one ray a pass looks at the wall. Facing it, the
  * sensor sees even radiance rho E / pi; facing the lamp at distance d the lamp covers a^2 / d^2
  * of it. */
@@ -251,6 +272,7 @@ int main(void)
         cmocka_unit_test(gather_rays_give_the_radiosity_of_a_shell),
         cmocka_unit_test(without_ambient_bounces_direct_light_is_all),
         cmocka_unit_test(progressive_passes_give_the_radiosity_of_a_shell),
+        cmocka_unit_test(unknown_progressive_radius_is_that_of_the_other_kind),
         cmocka_unit_test(sensor_in_free_space_sees_what_the_walls_send),
         cmocka_unit_test(sensor_on_a_surface_sees_the_photons_there),
         cmocka_unit_test(all_partitions_give_the_same_light),
