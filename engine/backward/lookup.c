@@ -36,6 +36,11 @@ static struct pm_lookup make_lookup(const pm_backward_maps *maps, pm_map_kind he
                               .filter = filter};
 }
 
+static bool is_asked(const struct pm_lookup *lookup)
+{
+    return lookup->map && pm_photon_map_count(lookup->map);
+}
+
 static void add_lookup(struct pm_vertex_rule *rule, struct pm_lookup lookup)
 {
     if (is_asked(&lookup))
