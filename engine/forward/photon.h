@@ -26,9 +26,10 @@ enum {
 
 /* 24 bytes. Positions are fixed point in the cube [-1, 1]: q = round((p + 1) * 2^31), clamped.
  * Octahedral codes after Meyer et al., "On floating-point normal vectors", EGSR 2010; axes are
- * exact. Flux is mantissa * 2^exponent relative to a scale that its map or batch carries, each
- * channel rounded to nearest: off by at most 2^-11 of the power of two above the largest one.
- * Test: photon_packing_rounds_to_nearest. */
+ * exact. Flux is mantissa * 2^exponent relative to a scale that its map or batch carries. Each
+ * channel is off by less than 2^-10 of the power of two above the largest one, up or down at
+ * random (drawn from the position) so that sums of many photons are not off.
+ * Tests: photon_packing_keeps_the_mean_flux, photon_packing_is_off_by_less_than_a_step. */
 typedef struct pm_photon {
     uint32_t position[3];
     uint8_t normal[2];     /* octahedral; of the surface side hit; zero of a volume photon */

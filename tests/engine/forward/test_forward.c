@@ -178,8 +178,8 @@ static pm_rgb mean_flux(const pm_batch *batch, double scale)
 
 /* In a closed sphere of albedo rho the hits after the first bring rho / (1 - rho) of the
  * emitted flux. Their number has the variance rho / (1 - rho)^2; storing each with probability
- * p and flux 1 / p adds rho / (1 - rho) (1 - p) / p. k = 4; packing rounds by 2^-10 at most;
- * the lamp hides 1e-6 of the view. */
+ * p and flux 1 / p adds rho / (1 - rho) (1 - p) / p. k = 4; the lamp hides 1e-6
+ * of the view. */
 static void storage_probability_keeps_the_flux(void **state)
 {
     (void)state;
@@ -196,7 +196,7 @@ static void storage_probability_keeps_the_flux(void **state)
     double found = mean_flux(&out[PM_MAP_GLOBAL], pm_forward_flux_scale(f.forward)).r / emitted;
     double sigma = sqrt(spread / PM_BATCH_PATHS);
     assert_true(p < .25);
-    assert_true(fabs(found - expected) < 4 * sigma + expected * (0x1p-10 + 1e-4));
+    assert_true(fabs(found - expected) < 4 * sigma + expected * 1e-4);
     clear(out);
     close_scene(&f);
 }
