@@ -5,8 +5,9 @@
 #include <stdio.h>
 
 #include "base/rgb.h"
+#include "photons/photon_map.h" /* PM_GATHER_MAX */
 
-enum { DEFAULT_GATHER = 40, MAX_GATHER = 100000 };
+enum { DEFAULT_GATHER = 40 };
 #define MAX_PHOTONS UINT64_C(2000000000) /* 48 GB */
 
 __attribute__((format(printf, 3, 4))) static void decide(pm_plan_pass *pass, bool needed,
@@ -29,10 +30,10 @@ static pm_status check_wanted(const pm_wanted *wanted, int kind, pm_error *err)
         return pm_error_set(err, PM_E_RANGE,
                             "a %s map of %" PRIu64 " photons; it can have 1 to %" PRIu64, name,
                             map->count, MAX_PHOTONS);
-    if (map->gather_count > MAX_GATHER)
+    if (map->gather_count > PM_GATHER_MAX)
         return pm_error_set(err, PM_E_RANGE,
                             "%" PRIu32 " photons an estimate of the %s map; at most %d",
-                            map->gather_count, name, MAX_GATHER);
+                            map->gather_count, name, PM_GATHER_MAX);
     return PM_OK;
 }
 
