@@ -175,53 +175,71 @@ static bool is_usable(const pm_transform *t)
     return finite && isnormal(t->scale) && isnormal(1 / t->scale);
 }
 
-static pm_status expand_instance(pm_parser *parser, const pm_frame *frame,
-                                 const pm_command *command, const pm_xform *xform,
-                                 uint64_t index)
+/* An `!xform` line that is being carried out. */
+struct expansion {
+    pm_parser *parser;
+    const pm_frame *frame;
+    pm_command command;
+    pm_xform xform;
+    char *prefix; /* scratch, of pm_xform_prefix_size */
+};
+
+static pm_status make_frame(const struct expansion *e, uint64_t index, pm_frame *inner)
 {
-    pm_transform own = pm_xform_instance(xform, index);
-    pm_frame inner = {.transform = pm_transform_then(&own, &frame->transform),
-                      .moved = true,
-                      .inverted = frame->inverted != xform->invert,
-                      .modifier = frame->modifier,
-                      .modifier_file = frame->modifier_file,
-                      .depth = frame->depth + 1};
-    if (!inner.modifier && xform->modifier) {
-        inner.modifier = xform->modifier;
-        inner.modifier_file = frame->file->name;
+    const pm_frame *frame = e->frame;
+    const pm_transform own = pm_xform_instance(&e->xform, index);
+    *inner = (pm_frame){.transform = pm_transform_then(&own, &frame->transform),
+                        .moved = true,
+                        .inverted = frame->inverted != e->xform.invert,
+                        .modifier = frame->modifier,
+                        .modifier_file = frame->modifier_file,
+                        .depth = frame->depth + 1};
+    if (!inner->modifier && e->xform.modifier) {
+        inner->modifier = e->xform.modifier;
+        inner->modifier_file = frame->file->name;
     }
-    if (!is_usable(&inner.transform))
+    if (!is_usable(&inner->transform))
         return pm_word_error(
-            &command->words[0], PM_E_RANGE, frame->file->name, parser->err,
+            &e->command.words[0], PM_E_RANGE, frame->file->name, e->parser->err,
             "the transforms together leave the range of doubles; scale or move "
             "less");
-    pm_arena names = {0};
+    pm_xform_instance_prefix(&e->xform, index, e->prefix);
+    if (strlen(frame->prefix) + strlen(e->prefix) >= PM_PREFIX_MOST)
+        return pm_word_error(
+            &e->command.words[0], PM_E_LIMIT, frame->file->name, e->parser->err,
+            "-n makes names longer than %d bytes; write a shorter one", PM_PREFIX_MOST);
+    inner->prefix = pm_parser_name(e->parser, frame->prefix, e->prefix, strlen(e->prefix));
+    return inner->prefix ? PM_OK : pm_parser_memory_error(e->parser);
+}
+
+static pm_status expand_instances(const struct expansion *e)
+{
     pm_status st = PM_OK;
-    const char *prefix = pm_xform_instance_prefix(xform, index, &names);
-    if (prefix)
-        inner.prefix = pm_parser_name(parser, frame->prefix, prefix, strlen(prefix));
-    if (!prefix || !inner.prefix)
-        st = pm_parser_memory_error(parser);
-    for (size_t i = 0; !st && i < xform->file_count; i++) {
-        inner.file = pm_bundle_find(parser->bundle, xform->files[i].text, frame->file->name);
-        st = pm_parser_file(parser, &inner);
+    for (uint64_t i = 0; !st && i < e->xform.instances; i++) {
+        pm_frame inner;
+        st = make_frame(e, i, &inner);
+        for (size_t k = 0; !st && k < e->xform.file_count; k++) {
+            inner.file =
+                pm_bundle_find(e->parser->bundle, e->xform.files[k].text, e->frame->file->name);
+            st = pm_parser_file(e->parser, &inner);
+        }
     }
-    pm_arena_clear(&names);
     return st;
 }
 
 pm_status pm_parser_expand(pm_parser *parser, const pm_frame *frame, pm_lexer *lexer)
 {
     pm_arena arena = {0};
-    pm_command command;
-    pm_xform xform;
-    pm_status st = pm_command_read(lexer, &arena, &command, parser->err);
+    struct expansion e = {.parser = parser, .frame = frame};
+    pm_status st = pm_command_read(lexer, &arena, &e.command, parser->err);
     if (!st)
-        st = pm_xform_parse(&command, &arena, &xform, parser->err);
+        st = pm_xform_parse(&e.command, &arena, &e.xform, parser->err);
     if (!st)
-        st = check_size(parser, frame, &command, &xform);
-    for (uint64_t i = 0; !st && i < xform.instances; i++)
-        st = expand_instance(parser, frame, &command, &xform, i);
+        st = check_size(parser, frame, &e.command, &e.xform);
+    if (!st) {
+        e.prefix = pm_arena_alloc(&arena, pm_xform_prefix_size(&e.xform));
+        st = e.prefix ? expand_instances(&e) : pm_parser_memory_error(parser);
+    }
     pm_arena_clear(&arena);
     return st;
 }

@@ -1,5 +1,6 @@
 #include "scene/lexer.h"
 
+#include <float.h>
 #include <limits.h>
 #include <locale.h>
 #include <math.h>
@@ -199,6 +200,32 @@ static pm_number slow_real(const pm_word *word, double *value)
     return PM_NUMBER_OK;
 }
 
+#if LDBL_MANT_DIG == 64
+/* One operation of extended precision rounds to 64 bits, and the result to 53. That is the
+ * nearest double unless the first rounding fell upon the middle between two. */
+static bool extended_real(const struct decimal *d, double *value)
+{
+    static const long double power[] = {1e0L,  1e1L,  1e2L,  1e3L,  1e4L,  1e5L,  1e6L,
+                                        1e7L,  1e8L,  1e9L,  1e10L, 1e11L, 1e12L, 1e13L,
+                                        1e14L, 1e15L, 1e16L, 1e17L, 1e18L, 1e19L, 1e20L,
+                                        1e21L, 1e22L, 1e23L, 1e24L, 1e25L, 1e26L, 1e27L};
+    if (!d->exact || d->exponent < -27 || d->exponent > 27)
+        return false;
+    long double m = (long double)d->mantissa;
+    m = d->exponent < 0 ? m / power[-d->exponent] : m * power[d->exponent];
+    uint64_t bits;
+    memcpy(&bits, &m, sizeof bits); /* the significand of the x87 format comes first */
+    *value = d->negative ? 0 - (double)m : (double)m;
+    return (bits & 0x7FF) != 0x400;
+}
+#else
+static bool extended_real(const struct decimal *d, double *value)
+{
+    (void)d, (void)value;
+    return false;
+}
+#endif
+
 pm_number pm_word_real(const pm_word *word, double *value)
 {
     static const double power[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
@@ -209,7 +236,7 @@ pm_number pm_word_real(const pm_word *word, double *value)
         return PM_NUMBER_MALFORMED;
     /* Both factors are exact doubles, so one operation rounds once (Clinger 1990). */
     if (!d.exact || d.mantissa > (1ULL << 53) || d.exponent < -22 || d.exponent > 22)
-        return slow_real(word, value);
+        return extended_real(&d, value) ? PM_NUMBER_OK : slow_real(word, value);
     double m = (double)d.mantissa;
     m = d.exponent < 0 ? m / power[-d.exponent] : m * power[d.exponent];
     *value = d.negative ? 0 - m : m; /* "-0" is 0: one value, one digest */

@@ -174,28 +174,6 @@ static pm_status check_room(const struct reading *r, const pm_word *count_word, 
     return PM_OK;
 }
 
-/* A mist names sources, which xform's -n renames: "mirror>lamp" becomes "box.mirror>box.lamp".
- */
-static const char *source_name(struct reading *r, const pm_word *word)
-{
-    const char *at = word->text, *end = at + word->length;
-    const char *result = pm_arena_text(r->parser->arena, "", 0);
-    while (result && at < end) {
-        const char *relay = memchr(at, '>', (size_t)(end - at));
-        const char *next = relay ? relay + 1 : end;
-        const char *part = pm_parser_name(r->parser, r->frame->prefix, at, (size_t)(next - at));
-        size_t before = strlen(result), length = part ? strlen(part) : 0;
-        char *joined = part ? pm_arena_alloc(r->parser->arena, before + length + 1) : NULL;
-        if (joined) {
-            memcpy(joined, result, before);
-            memcpy(joined + before, part, length);
-        }
-        result = joined;
-        at = next;
-    }
-    return result;
-}
-
 static pm_status read_string(struct reading *r, size_t index)
 {
     pm_word word;
@@ -203,9 +181,7 @@ static pm_status read_string(struct reading *r, size_t index)
     if (st)
         return st;
     r->references[index] = PM_VOID;
-    r->strings[index] = r->result.type == PM_MIST
-                            ? source_name(r, &word)
-                            : pm_arena_text(r->parser->arena, word.text, word.length);
+    r->strings[index] = pm_arena_text(r->parser->arena, word.text, word.length);
     if (!r->strings[index])
         return pm_parser_memory_error(r->parser);
     if (r->result.type == PM_MIST || pm_word_is(&word, "void"))

@@ -12,6 +12,9 @@
 /* What reading a file costs beside its text [bytes]: an array of empty files must end, too. */
 enum { PM_FILE_COST = 1024 };
 
+/* Of the names that xform puts before others: every surface of an array has its own copy. */
+enum { PM_PREFIX_MOST = 1024 };
+
 /* What parsing a file once will bring, known before it is expanded. Saturating. */
 typedef struct pm_file_count {
     enum { PM_UNCOUNTED, PM_COUNTING, PM_COUNTED } state;

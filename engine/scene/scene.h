@@ -75,17 +75,21 @@ typedef struct pm_scene_limits {
 } pm_scene_limits;
 
 /* Parses `main_name` of the bundle.
+ *
  * Radiance's grammar: `modifier type name` then counted string, integer and real arguments; `#`
  * comments; `void`; `modifier alias new old`; `!xform ...` on a line of its own, run inside the
- * process. Any other command is refused. Aliases are resolved away: surfaces that use one have
- * the index of what it means. A surface's modifier is a material: `void`, which makes it
- * invisible in Radiance, is refused, and so is a material that modifies a material. A source's
- * material is light, glow, spotlight or illum. A negative radius, a cone with equal radii and a
- * ring's radii in descending order are rewritten as Radiance reads them, so in the result radii
- * are positive, a cone's differ, a ring's ascend. Errors: PM_E_SYNTAX, PM_E_RANGE,
- * PM_E_UNSUPPORTED (a Radiance type not offered), PM_E_MISSING (modifier or file), PM_E_LIMIT,
- * PM_E_MEMORY, each with file, line and column. Source: Radiance reference manual
- * (refer/ray.html); xform(1). Tests: tests/engine/scene, tests/bad. */
+ * process. Any other command is refused.
+ *
+ * What the result promises: aliases are resolved away, surfaces that use one have the index of
+ * what it means. A surface's modifier is a material (`void`, which makes it invisible in
+ * Radiance, is refused), a material's is PM_VOID. A source's material is light, glow, spotlight
+ * or illum. Radii are positive, a cone's differ, a ring's ascend: a negative radius, a cone
+ * with equal radii and a ring's radii in descending order are rewritten as Radiance reads them.
+ *
+ * Errors: PM_E_SYNTAX, PM_E_RANGE, PM_E_UNSUPPORTED (a Radiance type not offered), PM_E_MISSING
+ * (modifier or file), PM_E_LIMIT, PM_E_MEMORY, each but the last with file, line and column.
+ * Source: Radiance reference manual (doc/ray.html); xform(1). Tests: tests/engine/scene,
+ * tests/bad. */
 PM_MUST_USE pm_status pm_scene_parse(const pm_bundle *bundle, const char *main_name,
                                      const pm_scene_limits *limits, pm_scene **out,
                                      pm_error *err);

@@ -11,7 +11,7 @@ pm_status pm_statement_word(pm_lexer *lexer, const char *what, pm_word *out, pm_
                          "the file ends inside a primitive; %s should come here", what);
 }
 
-/* A name that an xform prefix or a mist's list can write again. */
+/* Radiance refuses tabs in names (src/common/readobj.c). */
 static pm_status read_name(pm_lexer *lexer, const char *what, pm_word *out, pm_error *err)
 {
     pm_status st = pm_statement_word(lexer, what, out, err);

@@ -35,10 +35,12 @@ pm_transform pm_transform_then(const pm_transform *a, const pm_transform *b)
 static pm_transform repeated(const pm_transform *transform, uint64_t count)
 {
     pm_transform result = pm_transform_identity(), power = *transform;
-    for (; count; count >>= 1) {
+    while (count) {
         if (count & 1)
             result = pm_transform_then(&result, &power);
-        power = pm_transform_then(&power, &power);
+        count >>= 1;
+        if (count)
+            power = pm_transform_then(&power, &power);
     }
     return result;
 }
@@ -367,23 +369,24 @@ pm_transform pm_xform_instance(const pm_xform *xform, uint64_t index)
     return result;
 }
 
-const char *pm_xform_instance_prefix(const pm_xform *xform, uint64_t index, pm_arena *arena)
+size_t pm_xform_prefix_size(const pm_xform *xform)
 {
     enum { DIGITS = 21 }; /* of a uint64_t, and a point */
-    size_t size = strlen(xform->prefix) + 2 + DIGITS * xform->group_count, used = 0;
-    char *text = pm_arena_alloc(arena, size);
-    if (!text)
-        return NULL;
-    used = (size_t)snprintf(text, size, "%s", xform->prefix);
+    return strlen(xform->prefix) + 2 + DIGITS * xform->group_count;
+}
+
+void pm_xform_instance_prefix(const pm_xform *xform, uint64_t index, char *out)
+{
+    size_t size = pm_xform_prefix_size(xform), used = strlen(xform->prefix);
+    memcpy(out, xform->prefix, used + 1);
     uint64_t rest = xform->instances;
     for (size_t i = 0; i < xform->group_count; i++) {
         const pm_xform_group *group = &xform->groups[i];
         uint64_t digit = repetitions(group, index, &rest);
         if (group->array)
-            used += (size_t)snprintf(text + used, size - used, "%s%llu", used ? "." : "a",
+            used += (size_t)snprintf(out + used, size - used, "%s%llu", used ? "." : "a",
                                      (unsigned long long)digit);
     }
-    return text;
 }
 
 /* ---- primitives ---- */

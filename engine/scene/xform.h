@@ -51,8 +51,9 @@ PM_MUST_USE pm_status pm_xform_parse(const pm_command *command, pm_arena *arena,
 pm_transform pm_xform_instance(const pm_xform *xform, uint64_t index);
 
 /* The prefix of names in that instance as Radiance writes it: "box", or in arrays "box.1.0",
- * "a1.0". In the arena; NULL if memory is short. */
-const char *pm_xform_instance_prefix(const pm_xform *xform, uint64_t index, pm_arena *arena);
+ * "a1.0". `out` has room for pm_xform_prefix_size bytes. */
+size_t pm_xform_prefix_size(const pm_xform *xform);
+void pm_xform_instance_prefix(const pm_xform *xform, uint64_t index, char *out);
 
 /* Transforms a primitive's arguments (in scene units, already checked) in place.
  *   inverted  the surface faces the other way: sphere and bubble, cone and cup, cylinder and
