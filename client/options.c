@@ -108,7 +108,7 @@ static pm_status take_text(struct words *words, const char *what, const char **o
 static pm_status take_count(struct words *words, const char *what, uint64_t low, uint64_t high,
                             uint64_t *out)
 {
-    const char *text;
+    const char *text = NULL;
     pm_status st = take_text(words, what, &text);
     if (st)
         return st;
@@ -124,7 +124,7 @@ static pm_status take_count(struct words *words, const char *what, uint64_t low,
 static pm_status take_u32(struct words *words, const char *what, uint32_t low, uint32_t high,
                           uint32_t *out)
 {
-    uint64_t value;
+    uint64_t value = 0;
     pm_status st = take_count(words, what, low, high, &value);
     if (!st)
         *out = (uint32_t)value;
@@ -133,7 +133,7 @@ static pm_status take_u32(struct words *words, const char *what, uint32_t low, u
 
 static pm_status take_number(struct words *words, const char *what, double *out)
 {
-    const char *text, *end;
+    const char *text = NULL, *end;
     pm_status st = take_text(words, what, &text);
     if (st)
         return st;
@@ -240,7 +240,7 @@ static pm_status take_other_view(struct words *words)
 
 static pm_status take_view_file(struct words *words)
 {
-    const char *path;
+    const char *path = NULL;
     pm_status st = take_text(words, "a file", &path);
     if (st)
         return st;
@@ -283,7 +283,7 @@ static pm_status take_passes(struct words *words)
 
 static pm_status take_time(struct words *words)
 {
-    const char *text;
+    const char *text = NULL;
     pm_status st = take_text(words, "a time", &text);
     if (!st && pm_seconds_parse(text, &words->out->seconds))
         st = bad(words, text, "a time such as 30s, 5m, 1h");
@@ -292,7 +292,7 @@ static pm_status take_time(struct words *words)
 
 static pm_status take_error(struct words *words)
 {
-    const char *text;
+    const char *text = NULL;
     pm_status st = take_text(words, "an error", &text);
     if (!st && pm_share_parse(text, &words->out->error))
         st = bad(words, text, "a relative error such as 2% or .02, at most 1");
@@ -316,7 +316,7 @@ static pm_status take_threads(struct words *words)
 
 static pm_status take_interval(struct words *words)
 {
-    const char *text;
+    const char *text = NULL;
     pm_status st = take_text(words, "seconds", &text);
     double *out = &words->out->progress_seconds;
     if (!st && strcmp(text, "0") && pm_seconds_parse(text, out))
@@ -326,7 +326,7 @@ static pm_status take_interval(struct words *words)
 
 static pm_status take_output(struct words *words)
 {
-    const char *path;
+    const char *path = NULL;
     pm_status st = take_text(words, "a file", &path);
     if (st)
         return st;

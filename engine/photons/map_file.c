@@ -77,7 +77,7 @@ static void put_map_header(pm_bytes *out, const pm_map_header *h, size_t count)
     pm_bytes_f64(out, h->storage_probability);
     put_rgb(out, h->emitted);
     char note[NOTE_BYTES] = "";
-    strncpy(note, h->note, NOTE_BYTES - 1);
+    memcpy(note, h->note, strnlen(h->note, NOTE_BYTES - 1));
     pm_bytes_append(out, note, NOTE_BYTES);
     pm_bytes_u64(out, count);
     put_checksum(out, start);
