@@ -19,19 +19,22 @@
  * chunking. Read-only after building; safe to share between threads. */
 typedef struct pm_photon_map pm_photon_map;
 
+#define PM_MAP_PHOTONS_MAX 2147483648U
+enum { PM_GATHER_MAX = 16384 }; /* greatest gather_count */
+
 /* What a map is about; also the header of its file. */
 typedef struct pm_map_header {
     pm_map_kind kind;
-    pm_digest scene;     /* octree hash */
+    pm_digest scene; /* octree hash */
     pm_digest family;
-    uint64_t paths;      /* emitted; fluxes of the photons are divided by this */
-    double flux_scale;   /* of the packed fluxes [W / scale^2] */
-    double world_scale;  /* scene units a world unit */
-    pm_vec3 world_center;/* [scene units] */
+    uint64_t paths;       /* emitted; fluxes of the photons are divided by this */
+    double flux_scale;    /* of the packed fluxes [W / scale^2] */
+    double world_scale;   /* scene units a world unit */
+    pm_vec3 world_center; /* [scene units] */
     uint64_t seed;
     double storage_probability;
-    pm_rgb emitted;      /* power of all lights [W / scale^2] */
-    char note[160];      /* why the map is empty, or what else a user should know; may be "" */
+    pm_rgb emitted; /* power of all lights [W / scale^2] */
+    char note[160]; /* why the map is empty, or what else a user should know; may be "" */
 } pm_map_header;
 
 /* Gathers `count` batches of one kind into a map. `photons` arrays are copied. Any batch order
@@ -43,8 +46,9 @@ void pm_photon_map_free(pm_photon_map *map);
 
 const pm_map_header *pm_photon_map_header(const pm_photon_map *map);
 size_t pm_photon_map_count(const pm_photon_map *map);
-const pm_photon *pm_photon_map_photons(const pm_photon_map *map); /* in stored order */
-pm_rgb pm_photon_map_mean_flux(const pm_photon_map *map);         /* a photon [W, scene units] */
+/* Photon i < count of the stored order. */
+void pm_photon_map_photon(const pm_photon_map *map, size_t i, pm_photon *out);
+pm_rgb pm_photon_map_mean_flux(const pm_photon_map *map); /* a photon [W, scene units] */
 
 /* ---- density estimation; flux densities in W / scale^2 per world area = W/m^2 ---- */
 
@@ -57,18 +61,18 @@ typedef enum pm_photon_filter {
 
 typedef struct pm_estimate {
     pm_rgb irradiance; /* [W/m^2]; of volumes: sum of flux * phase / volume */
-    pm_rgb variance;   /* of it, from the photons' own scatter: sum (flux K)^2 (compound Poisson) */
-    double radius;     /* [world units] that held the photons; 0 if none */
-    uint32_t count;    /* photons used */
+    pm_rgb
+        variance;  /* of it, from the photons' own scatter: sum (flux K)^2 (compound Poisson) */
+    double radius; /* [world units] that held the photons; 0 if none */
+    uint32_t count; /* photons used */
 } pm_estimate;
 
 /* Irradiance on the side of `normal` from the `gather_count` nearest photons:
- * E = sum_{i<k} flux_i / (pi r_k^2), k+1 nearest searched and the outermost only sets the radius:
- * unbiased for a uniform field, (k) / (pi r_{k+1}^2) being the unbiased density of a Poisson field.
- *   point, normal  world coordinates; unit normal of the side asked
- *   max_radius     [world units], INFINITY allowed
- * Photons of the other side (normals at more than 60 degrees) and photons far from the tangent plane are
- * passed over, so nothing leaks through thin walls.
+ * E = sum_{i<k} flux_i / (pi r_k^2), k+1 nearest searched and the outermost only sets the
+ * radius: unbiased for a uniform field, (k) / (pi r_{k+1}^2) being the unbiased density of a
+ * Poisson field. point, normal  world coordinates; unit normal of the side asked max_radius
+ * [world units], INFINITY allowed Photons of the other side (normals at more than 60 degrees)
+ * and photons far from the tangent plane are passed over, so nothing leaks through thin walls.
  * Source: Jensen 2001, ch. 7; Mack and Rosenblatt 1979 for the k+1 rule.
  * Test: density_flat_floor_is_analytic. */
 pm_estimate pm_photon_map_nearest(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
@@ -79,10 +83,11 @@ pm_estimate pm_photon_map_nearest(const pm_photon_map *map, pm_vec3 point, pm_ve
 pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
                                  double radius, pm_photon_filter filter);
 
-/* In-scattering in a medium towards `direction` (unit; where the light is going, e.g. to the eye):
- * sum over the nearest photons of flux * phase(g) / (4/3 pi r^3). Dividing by the extinction and
- * multiplying with the scattering coefficient is the caller's: a volume photon is stored at every
- * collision with its flux before the albedo, so flux density / extinction = fluence rate. */
+/* In-scattering in a medium towards `direction` (unit; where the light is going, e.g. to the
+ * eye): sum over the nearest photons of flux * phase(g) / (4/3 pi r^3). Dividing by the
+ * extinction and multiplying with the scattering coefficient is the caller's: a volume photon
+ * is stored at every collision with its flux before the albedo, so flux density / extinction =
+ * fluence rate. */
 pm_estimate pm_photon_map_volume(const pm_photon_map *map, pm_vec3 point, pm_vec3 direction,
                                  double g, uint32_t gather_count, double max_radius);
 /* The same with a fixed radius. */
@@ -91,20 +96,22 @@ pm_estimate pm_photon_map_volume_within(const pm_photon_map *map, pm_vec3 point,
 
 /* ---- files ---- */
 
-/* Writes header, photons (chunks of 1 MiB, each with a checksum), footer; then the trailer with the
- * command line as typed, which no digest covers. See map_file.c for the byte table. */
+/* Writes header, photons (chunks of 1 MiB, each with a checksum), footer; then the trailer with
+ * the command line as typed, which no digest covers. See map_file.c for the byte table. */
 PM_MUST_USE pm_status pm_photon_map_write(const pm_photon_map *map, const char *command,
                                           pm_bytes *out, pm_error *err);
 
 /* Reads and checks everything. `name` is for messages. `command` (may be NULL) receives the
  * trailer's text, to be freed by the caller.
- * Errors: PM_E_CORRUPT (checksum, length), PM_E_UNSUPPORTED (newer version), PM_E_SYNTAX (no map file). */
+ * Errors: PM_E_CORRUPT (checksum, length), PM_E_UNSUPPORTED (newer version), PM_E_SYNTAX (no
+ * map file). */
 PM_MUST_USE pm_status pm_photon_map_read(const void *data, size_t size, const char *name,
                                          pm_photon_map **out, char **command, pm_error *err);
 
-/* Batches as stored and sent between worker and server: the same chunks and checksums, with the path
- * ends. */
+/* Batches as stored and sent between worker and server: the same chunks and checksums, with the
+ * path ends. */
 PM_MUST_USE pm_status pm_batch_write(const pm_batch *batch, pm_bytes *out, pm_error *err);
-PM_MUST_USE pm_status pm_batch_read(const void *data, size_t size, pm_batch *out, pm_error *err);
+PM_MUST_USE pm_status pm_batch_read(const void *data, size_t size, pm_batch *out,
+                                    pm_error *err);
 
 #endif

@@ -1,0 +1,101 @@
+#include <assert.h>
+#include <math.h>
+
+#include "base/maths.h"
+#include "photons/search.h"
+
+/* Density estimates from the photons that a search finds. */
+
+/* Stored positions are multiples of this, so no smaller radius means anything: photons in one
+ * point give a finite density. */
+#define RESOLUTION (1 / PM_GRID_PER_WORLD)
+
+static double squared_bound(double radius)
+{
+    double r = radius * PM_GRID_PER_WORLD;
+    return r * r;
+}
+
+/* Turns sums of packed fluxes into a density over `measure` [world units^2 or ^3]. */
+static pm_estimate estimate(const pm_photon_map *map, const pm_flux_sum *sums, double radius,
+                            double measure)
+{
+    double scale = map->header.flux_scale / (double)map->header.paths / measure;
+    return (pm_estimate){
+        .irradiance = pm_rgb_scale(sums->sum, scale),
+        .variance = pm_rgb_scale(pm_rgb_scale(sums->square, scale), scale),
+        .radius = radius,
+        .count = sums->count,
+    };
+}
+
+static pm_estimate over_disc(const pm_photon_map *map, const pm_flux_sum *sums, double radius)
+{
+    if (!sums->count)
+        return (pm_estimate){.count = 0};
+    radius = fmax(radius, RESOLUTION);
+    return estimate(map, sums, radius, PM_PI * radius * radius);
+}
+
+static pm_estimate over_ball(const pm_photon_map *map, const pm_flux_sum *sums, double radius)
+{
+    if (!sums->count)
+        return (pm_estimate){.count = 0};
+    radius = fmax(radius, RESOLUTION);
+    return estimate(map, sums, radius, 4.0 / 3 * PM_PI * radius * radius * radius);
+}
+
+/* Finds what an estimate from the nearest sums, and returns the radius that holds it: of one
+ * photon more than is summed, or max_radius if there are not so many. */
+static double find_nearest(pm_search *search, uint32_t gather_count, double max_radius,
+                           pm_candidates *found)
+{
+    assert(gather_count >= 1 && gather_count <= PM_GATHER_MAX && max_radius > 0);
+    search->bound = squared_bound(max_radius);
+    double farthest2 = pm_search_nearest(search, gather_count + 1, found);
+    if (found->count <= gather_count && isfinite(max_radius))
+        return max_radius;
+    pm_candidates_drop_farthest(found);
+    return sqrt(farthest2) / PM_GRID_PER_WORLD;
+}
+
+pm_estimate pm_photon_map_nearest(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
+                                  uint32_t gather_count, double max_radius,
+                                  pm_photon_filter filter)
+{
+    pm_search search = pm_search_surface(map, point, normal, filter);
+    pm_candidates found;
+    double radius = find_nearest(&search, gather_count, max_radius, &found);
+    pm_flux_sum sums = pm_candidates_sum(map, &found);
+    return over_disc(map, &sums, radius);
+}
+
+pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
+                                 double radius, pm_photon_filter filter)
+{
+    assert(radius > 0 && isfinite(radius));
+    pm_search search = pm_search_surface(map, point, normal, filter);
+    search.bound = squared_bound(radius);
+    pm_flux_sum sums = pm_search_sum(&search);
+    return over_disc(map, &sums, radius);
+}
+
+pm_estimate pm_photon_map_volume(const pm_photon_map *map, pm_vec3 point, pm_vec3 direction,
+                                 double g, uint32_t gather_count, double max_radius)
+{
+    pm_search search = pm_search_volume(map, point);
+    pm_candidates found;
+    double radius = find_nearest(&search, gather_count, max_radius, &found);
+    pm_flux_sum sums = pm_candidates_sum_phase(map, &found, direction, g);
+    return over_ball(map, &sums, radius);
+}
+
+pm_estimate pm_photon_map_volume_within(const pm_photon_map *map, pm_vec3 point,
+                                        pm_vec3 direction, double g, double radius)
+{
+    assert(radius > 0 && isfinite(radius));
+    pm_search search = pm_search_volume(map, point);
+    search.bound = squared_bound(radius);
+    pm_flux_sum sums = pm_search_sum_phase(&search, direction, g);
+    return over_ball(map, &sums, radius);
+}

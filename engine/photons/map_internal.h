@@ -1,0 +1,97 @@
+#ifndef PM_PHOTONS_MAP_INTERNAL_H
+#define PM_PHOTONS_MAP_INTERNAL_H
+
+#include "photons/photon_map.h"
+
+/* What the files of this stage share.
+ *
+ * Photons lie in blocks of 16 along the Morton curve, each field of a block in an array of its
+ * own, so that one block is tested with a few vector instructions. Above them stands a tree
+ * that needs no pointers: node i of level l has the children 8 i .. 8 i + 7 of level l - 1,
+ * those of level 0 are blocks. A node holds its children's boxes in 8 bits a coordinate
+ * relative to its own box, and what kinds of photons they hold. Together 24 + 0.86 bytes a
+ * photon.
+ *
+ * Lengths in here are grid units: 2^-31 of a world unit, so positions are signed 32-bit
+ * integers. */
+
+enum {
+    PM_BLOCK_SIZE = 16,
+    PM_NODE_CHILDREN = 16,
+    PM_NODE_LEVELS = 9,  /* 16 * 8^9 photons are PM_MAP_PHOTONS_MAX */
+    PM_NODE_STEPS = 256, /* of a coordinate in a node's box */
+};
+
+#define PM_GRID_PER_WORLD 0x1p31
+
+typedef struct pm_photon_block {
+    int32_t position[3][PM_BLOCK_SIZE];
+    uint32_t flux[PM_BLOCK_SIZE];
+    uint16_t normal[PM_BLOCK_SIZE]; /* normal[0] in the low byte */
+    uint16_t direction[2][PM_BLOCK_SIZE];
+    uint8_t exponent[PM_BLOCK_SIZE];
+    uint8_t flags[PM_BLOCK_SIZE];
+} pm_photon_block;
+
+_Static_assert(sizeof(pm_photon_block) == PM_BLOCK_SIZE * sizeof(pm_photon),
+               "a block takes what its photons take");
+
+/* Child c reaches from low to high + 1 steps above the origin. */
+typedef struct pm_node {
+    int32_t origin[3];
+    float steps_per_unit; /* 2^-k */
+    uint8_t low[3][PM_NODE_CHILDREN];
+    uint8_t high[3][PM_NODE_CHILDREN];
+    uint32_t content[PM_NODE_CHILDREN]; /* pm_content bits; 0 of a child that is not there */
+} pm_node;
+
+/* Bits 0..26 say whether normals near one of 26 directions are among the photons, see
+ * pm_content_sector. */
+enum pm_content {
+    PM_CONTENT_PLAIN = 1 << 27,    /* photons whose last event was not specular */
+    PM_CONTENT_SPECULAR = 1 << 28, /* those whose last event was */
+    PM_CONTENT_ANY = 1 << 29,
+};
+
+struct pm_photon_map {
+    pm_map_header header;
+    size_t count, block_count;
+    pm_photon_block *blocks; /* the last one is filled up with zeros */
+    pm_node *nodes;          /* all levels, level 0 first */
+    size_t level_start[PM_NODE_LEVELS];
+    int levels;      /* 0 of an empty map */
+    pm_rgb flux_sum; /* of the packed fluxes */
+};
+
+/* The order of stored photons: Morton code of the positions (x the most significant of each
+ * triple of bits), then the bytes. As qsort wants it. */
+int pm_photon_order(const void *a, const void *b);
+
+/* Room for `count` photons, filled up with zeros to whole blocks; NULL if memory is short. */
+pm_photon *pm_photons_alloc(size_t count);
+
+/* The photons of all batches in stored order, from pm_photons_alloc. */
+PM_MUST_USE pm_status pm_photons_sort(const pm_batch *batches, size_t count, pm_pool *pool,
+                                      pm_photon **out, size_t *total, pm_error *err);
+
+/* Runs pieces of work on the pool, or here without one. */
+void pm_photons_run(pm_pool *pool, size_t count, void (*work)(void *, size_t, unsigned),
+                    void *context);
+
+/* Makes the tree over finished blocks. */
+PM_MUST_USE pm_status pm_nodes_build(pm_photon_map *map, pm_pool *pool, pm_error *err);
+
+/* The sectors whose photons may have normals within 60 degrees of `normal`: one bit that is set
+ * in every block with such a photon. */
+uint32_t pm_content_sector(pm_vec3 normal);
+
+/* All sector bits that a photon with this normal sets. */
+uint32_t pm_content_of_normal(pm_vec3 normal);
+
+/* A map around `count` photons in stored order, from pm_photons_alloc, which are
+ * taken in any case. */
+PM_MUST_USE pm_status pm_photon_map_take(const pm_map_header *header, pm_photon *photons,
+                                         size_t count, pm_pool *pool, pm_photon_map **out,
+                                         pm_error *err);
+
+#endif

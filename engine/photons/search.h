@@ -1,0 +1,76 @@
+#ifndef PM_PHOTONS_SEARCH_H
+#define PM_PHOTONS_SEARCH_H
+
+#include "photons/map_internal.h"
+
+/* Finding the photons around a point, in stored order. */
+
+/* A photon belongs to the surface asked if its normal is within 60 degrees and if it lies in
+ * the tangent plane: with D from the point to the photon and the mean m of both normals, |m .
+ * D| <= PM_TANGENT_SLOPE |D| + PM_TANGENT_SLACK. On planes, spheres and cylinders m . D is
+ * exactly 0 whatever the curvature. */
+#define PM_NORMAL_COSINE 0.5
+#define PM_TANGENT_SLOPE 0.25
+#define PM_TANGENT_SLACK                                                                       \
+    2.0 /* grid units: stored positions are rounded to half a unit an axis */
+
+typedef struct pm_search {
+    const pm_photon_map *map;
+    _Alignas(32) double point[4]; /* grid units */
+    float normal[3];
+    bool surface; /* test normals and tangent plane */
+    pm_photon_filter filter;
+    uint32_t content;      /* what a node must hold to be entered */
+    double bound;          /* greatest squared distance, inclusive [grid units^2] */
+    float rough_bound;     /* a little more, for boxes */
+    uint32_t known_normal; /* code of the last block with a single normal, or NO_NORMAL */
+    bool known_accepted;
+    double known_mean[3];
+} pm_search;
+
+pm_search pm_search_surface(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
+                            pm_photon_filter filter);
+pm_search pm_search_volume(const pm_photon_map *map, pm_vec3 point);
+
+static inline void pm_search_set_bound(pm_search *search, double bound)
+{
+    search->bound = bound;
+    search->rough_bound = (float)bound * (1 + 0x1p-20F);
+}
+
+/* Sums of packed fluxes over photons found; squares for the variance. */
+typedef struct pm_flux_sum {
+    pm_rgb sum, square;
+    uint32_t count;
+} pm_flux_sum;
+
+/* Sums the photons within search->bound. */
+pm_flux_sum pm_search_sum(pm_search *search);
+
+/* The same of a volume map, each photon weighted with the phase function of eccentricity g
+ * towards `direction`. */
+pm_flux_sum pm_search_sum_phase(pm_search *search, pm_vec3 direction, double g);
+
+enum { PM_CANDIDATES = PM_GATHER_MAX + PM_GATHER_MAX / 2 + 128 };
+
+/* Photons found, in stored order. */
+typedef struct pm_candidates {
+    uint32_t wanted, count;
+    _Alignas(32) double distance2[PM_CANDIDATES]; /* [grid units^2] */
+    uint32_t index[PM_CANDIDATES];
+} pm_candidates;
+
+/* Finds the `wanted` nearest photons within search->bound, or all if they are fewer. Equal
+ * distances are taken in stored order. Returns the distance^2 of the farthest of them, 0 if
+ * none. */
+double pm_search_nearest(pm_search *search, uint32_t wanted, pm_candidates *out);
+
+/* Drops the farthest candidate, of equal ones the last in stored order. */
+void pm_candidates_drop_farthest(pm_candidates *candidates);
+
+/* Sums over the candidates. */
+pm_flux_sum pm_candidates_sum(const pm_photon_map *map, const pm_candidates *candidates);
+pm_flux_sum pm_candidates_sum_phase(const pm_photon_map *map, const pm_candidates *candidates,
+                                    pm_vec3 direction, double g);
+
+#endif

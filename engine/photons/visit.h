@@ -1,0 +1,277 @@
+#ifndef PM_PHOTONS_VISIT_H
+#define PM_PHOTONS_VISIT_H
+
+#include <immintrin.h>
+
+#include "photons/search.h"
+
+/* The walk over nodes and blocks, inlined into each kind of search so that what it does with
+ * the photons found is inlined too. AVX2 throughout. */
+
+/* ---- nodes ---- */
+
+static inline __m256 eight_floats(const uint8_t *bytes)
+{
+    __m128i packed = _mm_loadl_epi64((const __m128i *)(const void *)bytes);
+    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(packed));
+}
+
+/* The point from a node's origin, in steps. */
+static inline __m128 point_in_node(const pm_node *node, const pm_search *s)
+{
+    __m128i origin = _mm_loadu_si128((const __m128i *)(const void *)node->origin);
+    __m256d relative = _mm256_sub_pd(_mm256_load_pd(s->point), _mm256_cvtepi32_pd(origin));
+    return _mm_mul_ps(_mm256_cvtpd_ps(relative), _mm_set1_ps(node->steps_per_unit));
+}
+
+/* Distances along one axis, in steps, from the point at q to children c .. c + 7. */
+static inline __m256 axis_distance(const pm_node *node, int axis, unsigned c, __m256 q)
+{
+    /* Only the conversion to float rounds: by less than 2^-15 steps where the point is within
+     * 2^8 steps, and relatively by 2^-24 beyond. */
+    const float slack = 0x1p-15F;
+    __m256 low = eight_floats(node->low[axis] + c), high = eight_floats(node->high[axis] + c);
+    __m256 below = _mm256_sub_ps(low, _mm256_add_ps(q, _mm256_set1_ps(slack)));
+    __m256 above = _mm256_sub_ps(_mm256_sub_ps(q, _mm256_set1_ps(1 + slack)), high);
+    return _mm256_max_ps(_mm256_max_ps(below, above), _mm256_setzero_ps());
+}
+
+/* Squared distances, in steps, from q to children c .. c + 7. */
+static inline __m256 child_distances(const pm_node *node, unsigned c, __m128 q)
+{
+    __m256 x = axis_distance(node, 0, c, _mm256_broadcastss_ps(q));
+    __m256 y = axis_distance(node, 1, c, _mm256_broadcastss_ps(_mm_permute_ps(q, 0x55)));
+    __m256 z = axis_distance(node, 2, c, _mm256_broadcastss_ps(_mm_permute_ps(q, 0xAA)));
+    return _mm256_fmadd_ps(x, x, _mm256_fmadd_ps(y, y, _mm256_mul_ps(z, z)));
+}
+
+/* Those of children c .. c + 7 that hold what is sought. */
+static inline __m256 children_match(const pm_node *node, unsigned c, const pm_search *s)
+{
+    __m256i need = _mm256_set1_epi32((int)s->content);
+    __m256i content = _mm256_loadu_si256((const __m256i *)(const void *)(node->content + c));
+    return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(content, need), need));
+}
+
+/* Children of the node that may hold photons within the bound. */
+static inline unsigned node_mask(const pm_node *node, const pm_search *s)
+{
+    __m128 q = point_in_node(node, s);
+    __m256 bound =
+        _mm256_set1_ps(s->rough_bound * (node->steps_per_unit * node->steps_per_unit));
+    unsigned mask = 0;
+    for (unsigned c = 0; c < PM_NODE_CHILDREN; c += 8) {
+        __m256 near = _mm256_cmp_ps(child_distances(node, c, q), bound, _CMP_LE_OQ);
+        near = _mm256_and_ps(near, children_match(node, c, s));
+        mask |= (unsigned)_mm256_movemask_ps(near) << c;
+    }
+    return mask;
+}
+
+/* ---- blocks ---- */
+
+static inline unsigned filter_mask(const pm_photon_block *b, const pm_search *s)
+{
+    if (s->filter == PM_PHOTONS_ALL)
+        return 0xFFFF;
+    __m128i flags = _mm_loadu_si128((const __m128i *)b->flags);
+    unsigned specular =
+        (unsigned)_mm_movemask_epi8(_mm_slli_epi16(flags, 3)); /* bit 4 to bit 7 */
+    return s->filter == PM_PHOTONS_SPECULAR ? specular : ~specular & 0xFFFF;
+}
+
+static inline __m256d delta(const int32_t *position, double point)
+{
+    __m128i p = _mm_load_si128((const __m128i *)position);
+    return _mm256_sub_pd(_mm256_cvtepi32_pd(p), _mm256_set1_pd(point));
+}
+
+/* 8 normals decoded from octahedral codes, as pm_photon_normal does. */
+static inline void decode_normals(__m128i codes, __m256 n[3])
+{
+    const __m256 half = _mm256_set1_ps(127), sign = _mm256_set1_ps(-0.0F),
+                 one = _mm256_set1_ps(1);
+    __m256i wide = _mm256_cvtepu16_epi32(codes);
+    __m256 x = _mm256_cvtepi32_ps(_mm256_and_si256(wide, _mm256_set1_epi32(0xFF)));
+    __m256 y = _mm256_cvtepi32_ps(_mm256_srli_epi32(wide, 8));
+    x = _mm256_div_ps(_mm256_sub_ps(x, half), half);
+    y = _mm256_div_ps(_mm256_sub_ps(y, half), half);
+    __m256 z =
+        _mm256_sub_ps(_mm256_sub_ps(one, _mm256_andnot_ps(sign, x)), _mm256_andnot_ps(sign, y));
+    /* the lower half is folded outwards: |x| grows smaller by -z */
+    __m256 fold = _mm256_min_ps(z, _mm256_setzero_ps());
+    x = _mm256_add_ps(x, _mm256_or_ps(_mm256_andnot_ps(sign, fold), _mm256_andnot_ps(x, sign)));
+    y = _mm256_add_ps(y, _mm256_or_ps(_mm256_andnot_ps(sign, fold), _mm256_andnot_ps(y, sign)));
+    __m256 square = _mm256_fmadd_ps(x, x, _mm256_fmadd_ps(y, y, _mm256_mul_ps(z, z)));
+    __m256 inverse = _mm256_div_ps(one, _mm256_sqrt_ps(square));
+    n[0] = _mm256_mul_ps(x, inverse);
+    n[1] = _mm256_mul_ps(y, inverse);
+    n[2] = _mm256_mul_ps(z, inverse);
+}
+
+/* Turns normals n into the means with the search's normal; returns the lanes within 60 degrees.
+ */
+static inline unsigned mean_normals(const pm_search *s, __m256 n[3])
+{
+    __m256 cosine = _mm256_setzero_ps();
+    for (int a = 0; a < 3; a++) {
+        __m256 own = _mm256_set1_ps(s->normal[a]);
+        cosine = _mm256_fmadd_ps(n[a], own, cosine);
+        n[a] = _mm256_mul_ps(_mm256_set1_ps(0.5F), _mm256_add_ps(n[a], own));
+    }
+    return (unsigned)_mm256_movemask_ps(
+        _mm256_cmp_ps(cosine, _mm256_set1_ps((float)PM_NORMAL_COSINE), _CMP_GE_OQ));
+}
+
+static inline unsigned near_lanes(__m256d d2, __m256d h, double bound)
+{
+    const __m256d sign = _mm256_set1_pd(-0.0);
+    h = _mm256_sub_pd(_mm256_andnot_pd(sign, h), _mm256_set1_pd(PM_TANGENT_SLACK));
+    h = _mm256_max_pd(h, _mm256_setzero_pd());
+    __m256d in_plane = _mm256_cmp_pd(
+        _mm256_mul_pd(h, h),
+        _mm256_mul_pd(d2, _mm256_set1_pd(PM_TANGENT_SLOPE * PM_TANGENT_SLOPE)), _CMP_LE_OQ);
+    __m256d near = _mm256_cmp_pd(d2, _mm256_set1_pd(bound), _CMP_LE_OQ);
+    return (unsigned)_mm256_movemask_pd(_mm256_and_pd(near, in_plane));
+}
+
+static inline unsigned block_in_volume(const pm_photon_block *b, const pm_search *s,
+                                       double d2[PM_BLOCK_SIZE])
+{
+    unsigned mask = 0;
+    for (int g = 0; g < PM_BLOCK_SIZE; g += 4) {
+        __m256d x = delta(b->position[0] + g, s->point[0]);
+        __m256d y = delta(b->position[1] + g, s->point[1]);
+        __m256d z = delta(b->position[2] + g, s->point[2]);
+        __m256d sq = _mm256_fmadd_pd(x, x, _mm256_fmadd_pd(y, y, _mm256_mul_pd(z, z)));
+        _mm256_store_pd(d2 + g, sq);
+        mask |= (unsigned)_mm256_movemask_pd(
+                    _mm256_cmp_pd(sq, _mm256_set1_pd(s->bound), _CMP_LE_OQ))
+                << g;
+    }
+    return mask;
+}
+
+static inline unsigned block_flat(const pm_photon_block *b, const pm_search *s,
+                                  double d2[PM_BLOCK_SIZE])
+{
+    unsigned mask = 0;
+    for (int g = 0; g < PM_BLOCK_SIZE; g += 4) {
+        __m256d x = delta(b->position[0] + g, s->point[0]);
+        __m256d y = delta(b->position[1] + g, s->point[1]);
+        __m256d z = delta(b->position[2] + g, s->point[2]);
+        __m256d sq = _mm256_fmadd_pd(x, x, _mm256_fmadd_pd(y, y, _mm256_mul_pd(z, z)));
+        __m256d h = _mm256_mul_pd(x, _mm256_set1_pd(s->known_mean[0]));
+        h = _mm256_fmadd_pd(y, _mm256_set1_pd(s->known_mean[1]), h);
+        h = _mm256_fmadd_pd(z, _mm256_set1_pd(s->known_mean[2]), h);
+        _mm256_store_pd(d2 + g, sq);
+        mask |= near_lanes(sq, h, s->bound) << g;
+    }
+    return mask;
+}
+
+static inline unsigned block_mixed(const pm_photon_block *b, const pm_search *s,
+                                   double d2[PM_BLOCK_SIZE])
+{
+    unsigned mask = 0;
+    for (int g = 0; g < PM_BLOCK_SIZE; g += 8) {
+        __m256 n[3];
+        decode_normals(_mm_load_si128((const __m128i *)(b->normal + g)), n);
+        unsigned facing = mean_normals(s, n);
+        for (int k = g; k < g + 8; k += 4) {
+            __m256d sq = _mm256_setzero_pd(), h = _mm256_setzero_pd();
+            for (int a = 0; a < 3; a++) {
+                __m256d d = delta(b->position[a] + k, s->point[a]);
+                __m128 m =
+                    k == g ? _mm256_castps256_ps128(n[a]) : _mm256_extractf128_ps(n[a], 1);
+                sq = _mm256_fmadd_pd(d, d, sq);
+                h = _mm256_fmadd_pd(d, _mm256_cvtps_pd(m), h);
+            }
+            _mm256_store_pd(d2 + k, sq);
+            mask |= (near_lanes(sq, h, s->bound) & facing >> (k - g)) << k;
+        }
+    }
+    return mask;
+}
+
+static inline void learn_normal(pm_search *s, unsigned code)
+{
+    __m256 n[3];
+    decode_normals(_mm_set1_epi16((short)code), n);
+    s->known_accepted = mean_normals(s, n) & 1;
+    for (int a = 0; a < 3; a++)
+        s->known_mean[a] = (double)_mm256_cvtss_f32(n[a]);
+    s->known_normal = code;
+}
+
+static inline unsigned block_on_surface(const pm_photon_block *b, pm_search *s,
+                                        double d2[PM_BLOCK_SIZE])
+{
+    __m256i codes = _mm256_load_si256((const __m256i *)b->normal);
+    __m256i first = _mm256_set1_epi16((short)b->normal[0]);
+    if (_mm256_movemask_epi8(_mm256_cmpeq_epi16(codes, first)) != -1)
+        return block_mixed(b, s, d2);
+    if (b->normal[0] != s->known_normal)
+        learn_normal(s, b->normal[0]);
+    return s->known_accepted ? block_flat(b, s, d2) : 0;
+}
+
+/* Lanes of block i whose photons are taken, and the squared distances of all. */
+static inline unsigned block_mask(size_t i, pm_search *s, double d2[PM_BLOCK_SIZE])
+{
+    const pm_photon_block *b = &s->map->blocks[i];
+    size_t left = s->map->count - i * PM_BLOCK_SIZE;
+    unsigned there = left < PM_BLOCK_SIZE ? (1U << left) - 1 : 0xFFFF;
+    unsigned mask = s->surface ? block_on_surface(b, s, d2) : block_in_volume(b, s, d2);
+    return mask & there & filter_mask(b, s);
+}
+
+/* ---- traversal ---- */
+
+/* Calls take(context, search, block, lanes, d2) for each block with photons within the bound,
+ * in stored order. */
+static inline __attribute__((always_inline)) void
+visit(pm_search *s, void (*take)(void *, pm_search *, size_t, unsigned, const double *),
+      void *context)
+{
+    const pm_photon_map *map = s->map;
+    struct level {
+        size_t node;
+        unsigned mask;
+    } path[PM_NODE_LEVELS];
+    int top = map->levels - 1, l = top;
+    if (top < 0)
+        return;
+    pm_search_set_bound(s, s->bound);
+    path[l] = (struct level){0, node_mask(map->nodes + map->level_start[l], s)};
+    for (;;) {
+        while (!path[l].mask)
+            if (++l > top)
+                return;
+        size_t child = path[l].node * PM_NODE_CHILDREN + (unsigned)__builtin_ctz(path[l].mask);
+        path[l].mask &= path[l].mask - 1;
+        if (l) {
+            l--;
+            path[l] =
+                (struct level){child, node_mask(map->nodes + map->level_start[l] + child, s)};
+            continue;
+        }
+        _Alignas(32) double d2[PM_BLOCK_SIZE];
+        unsigned lanes = block_mask(child, s, d2);
+        if (lanes)
+            take(context, s, child, lanes, d2);
+    }
+}
+
+/* The flux of one photon as r g b -. */
+static inline __m256d photon_flux(const pm_photon_block *b, unsigned lane)
+{
+    __m128i packed =
+        _mm_srlv_epi32(_mm_set1_epi32((int)b->flux[lane]), _mm_setr_epi32(0, 10, 20, 31));
+    __m128i parts = _mm_and_si128(packed, _mm_set1_epi32(0x3FF));
+    uint64_t bits = ((uint64_t)b->exponent[lane] + 1023 - 200) << 52;
+    __m256d unit = _mm256_castsi256_pd(_mm256_set1_epi64x((long long)bits));
+    return _mm256_mul_pd(_mm256_cvtepi32_pd(parts), unit);
+}
+
+#endif
