@@ -1,6 +1,7 @@
 #include "sandbox.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <linux/landlock.h>
 #include <seccomp.h>
 #include <stddef.h>
@@ -114,7 +115,6 @@ static const int refused[] = {
     SCMP_SYS(open),
     SCMP_SYS(openat),
     SCMP_SYS(stat),
-    SCMP_SYS(newfstatat),
     SCMP_SYS(access),
     SCMP_SYS(readlink),
     SCMP_SYS(readlinkat),
@@ -150,6 +150,18 @@ static int allow_threads(scmp_filter_ctx filter)
                   : seccomp_rule_add_array(filter, SCMP_ACT_ALLOW, SCMP_SYS(clone), 1, &thread);
 }
 
+/* glibc's fstat is newfstatat with AT_EMPTY_PATH; by a path it is refused. */
+static int allow_fstat(scmp_filter_ctx filter)
+{
+    struct scmp_arg_cmp own = SCMP_A3(SCMP_CMP_MASKED_EQ, AT_EMPTY_PATH, AT_EMPTY_PATH);
+    struct scmp_arg_cmp path = SCMP_A3(SCMP_CMP_MASKED_EQ, AT_EMPTY_PATH, 0);
+    int failed =
+        seccomp_rule_add_array(filter, SCMP_ACT_ALLOW, SCMP_SYS(newfstatat), 1, &own);
+    return failed ? failed
+                  : seccomp_rule_add_array(filter, SCMP_ACT_ERRNO(EACCES),
+                                           SCMP_SYS(newfstatat), 1, &path);
+}
+
 static int add_rules(scmp_filter_ctx filter)
 {
     int failed = 0;
@@ -157,6 +169,8 @@ static int add_rules(scmp_filter_ctx filter)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, allowed[i], 0);
     for (size_t i = 0; i < sizeof refused / sizeof *refused && !failed; i++)
         failed = seccomp_rule_add(filter, SCMP_ACT_ERRNO(EACCES), refused[i], 0);
+    if (!failed)
+        failed = allow_fstat(filter);
     if (!failed)
         failed = allow_own_signals(filter);
     return failed ? failed : allow_threads(filter);
