@@ -16,11 +16,10 @@
 /* A photon leaving a light. */
 typedef struct pm_emission {
     pm_vec3 origin, direction;
-    uint32_t
-        from; /* surface, or PM_NO_PRIMITIVE for a distant source (origin outside the scene) */
-    pm_rgb flux;  /* total / pdf [W / scale^2]: mean over u = total emitted power */
-    double focus; /* of a spotlight; 0 otherwise */
-    bool weak;    /* from a glow or an illum */
+    uint32_t from; /* surface, or PM_NO_PRIMITIVE for a distant source: origin outside the scene */
+    pm_rgb flux;   /* total / pdf [W / scale^2]: mean over u = total emitted power */
+    double focus;  /* of a spotlight; 0 otherwise */
+    bool weak;     /* from a glow or an illum */
 } pm_emission;
 
 /* The share of the flux that arrives at `distance` from the origin (straight passages counted
@@ -45,8 +44,7 @@ typedef struct pm_light_sample {
     double pdf;       /* [1/sr], choice of the light included */
     uint32_t surface; /* the light's surface, or PM_NO_PRIMITIVE */
     bool weak;        /* a glow or an illum: for pm_world_transmittance */
-    bool
-        hidden; /* an illum: no bounce can hit it, so multiple importance sampling gives it 1 */
+    bool hidden;      /* an illum, which no bounce can hit: its weight is 1 */
 } pm_light_sample;
 
 /* Draws a light and a point on it as seen from `point`. u[0] picks the light, u[1..2] the

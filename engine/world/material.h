@@ -37,7 +37,7 @@ struct pm_material {
     /* illum and mirror: what is seen instead; antimatter: what its boundary shows within an
      * object that it cuts. PM_NO_PRIMITIVE: invisible. Never itself an illum or a light. */
     uint32_t alternate;
-    bool has_alternate; /* mirror: named one, void included */
+    bool has_alternate; /* illum, mirror: the scene names one, void included */
 
     /* antimatter: the materials that it hides, ascending */
     const uint32_t *hides;

@@ -26,13 +26,11 @@ typedef struct pm_surface {
     pm_vec3 wo;
     pm_rgb diffuse_reflectance; /* Lambertian albedos */
     pm_rgb diffuse_transmittance;
-    pm_rgb
-        specular_reflectance; /* of the delta lobe if roughness == 0, else of the Ward lobe */
-    pm_rgb specular_transmittance; /* likewise; direction refracted_wi, or a lobe about it */
-    pm_rgb straight_transmittance; /* straight passage: thin glass, antimatter, smooth trans,
-                                      illum void */
-    double roughness;              /* Ward's alpha; 0 = delta */
-    pm_vec3 refracted_wi;          /* unit; of the delta transmission, or its lobe's middle */
+    pm_rgb specular_reflectance;   /* of the mirror direction, or of the Ward lobe */
+    pm_rgb specular_transmittance; /* of refracted_wi, or of a lobe about it */
+    pm_rgb straight_transmittance; /* thin glass, smooth trans, antimatter, mist, illum void */
+    double roughness;              /* Ward's alpha; 0: the specular parts are deltas */
+    pm_vec3 refracted_wi;          /* unit */
     double radiance_scale;         /* see pm_scatter */
     bool fresnel; /* the diffuse parts carry 1 - F(cos wi) (smooth plastic, metal, trans; see
                      pm_surface_diffuse): a density estimate weighs each photon by it */
