@@ -16,7 +16,7 @@
 /* A photon leaving a light. */
 typedef struct pm_emission {
     pm_vec3 origin, direction;
-    uint32_t from; /* surface, or PM_NO_PRIMITIVE for a distant source: origin outside the scene */
+    uint32_t from; /* surface; PM_NO_PRIMITIVE: a distant source, origin outside the scene */
     pm_rgb flux;   /* total / pdf [W / scale^2]: mean over u = total emitted power */
     double focus;  /* of a spotlight; 0 otherwise */
     bool weak;     /* from a glow or an illum */
