@@ -18,7 +18,7 @@ static pm_status find_bounds(pm_world *world, const pm_scene *scene,
     world->high = pm_vec3_negate(world->low);
     for (size_t i = 0; i < scene->count; i++) {
         const pm_primitive *p = &scene->primitives[i];
-        if (!pm_primitive_is_surface(p->type) || p->type == PM_SOURCE || p->modifier == PM_VOID)
+        if (!pm_primitive_is_surface(p->type) || p->type == PM_SOURCE)
             continue;
         pm_vec3 a, b, *low = &world->low, *high = &world->high;
         pm_status status = pm_shape_scene_bounds(scene, p, &a, &b, err);

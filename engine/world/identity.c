@@ -14,11 +14,6 @@ struct maker {
     pm_bytes scratch; /* what is being digested */
 };
 
-static bool is_kept_surface(const pm_primitive *p)
-{
-    return pm_primitive_is_surface(p->type) && p->modifier != PM_VOID;
-}
-
 static bool names_materials(const pm_primitive *p)
 {
     return p->type == PM_ILLUM || p->type == PM_MIRROR || p->type == PM_ANTIMATTER;
@@ -29,7 +24,7 @@ static void mark_needed(struct maker *m)
 {
     for (size_t i = m->scene->count; i-- > 0;) {
         const pm_primitive *p = &m->scene->primitives[i];
-        if (!is_kept_surface(p) && !m->needed[i])
+        if (!pm_primitive_is_surface(p->type) && !m->needed[i])
             continue;
         if (p->modifier != PM_VOID)
             m->needed[p->modifier] = true;
@@ -173,7 +168,7 @@ static size_t digest_surfaces(struct maker *m, bool distant, struct entry *out)
     size_t count = 0;
     for (uint32_t i = 0; i < m->scene->count; i++) {
         const pm_primitive *p = &m->scene->primitives[i];
-        if (!is_kept_surface(p) || (p->type == PM_SOURCE) != distant)
+        if (!pm_primitive_is_surface(p->type) || (p->type == PM_SOURCE) != distant)
             continue;
         start(m, p, m->full);
         out[count++] = (struct entry){finish(m), i};
@@ -186,7 +181,7 @@ static bool list_surfaces(struct maker *m)
 {
     size_t count = 0;
     for (size_t i = 0; i < m->scene->count; i++)
-        count += is_kept_surface(&m->scene->primitives[i]);
+        count += pm_primitive_is_surface(m->scene->primitives[i].type) != 0;
     struct entry *entries = malloc((count + 1) * sizeof *entries);
     m->out->surfaces = pm_arena_array(&m->out->arena, count, sizeof *m->out->surfaces);
     m->out->digests = pm_arena_array(&m->out->arena, count, sizeof *m->out->digests);

@@ -9,8 +9,8 @@
  *             do not count, since every light scatters in every mist
  *   surface   SHA-256(type, material's digest, numbers)
  * Numbers are little-endian doubles in scene units, -0 as 0. Names, comments, order and unused
- * materials do not count. A polygon written from another first vertex is another surface.
- * Surfaces whose modifier is void let all light pass, as in Radiance: they are left out. */
+ * materials do not count. A polygon written from another first vertex is another surface. The
+ * parser sees to it that every surface has a material. */
 struct pm_identity {
     uint32_t *surfaces; /* scene primitives: local ones by digest, then `source`s by digest */
     pm_digest *digests; /* of them */

@@ -104,7 +104,7 @@ static pm_status compile(pm_world *world, const pm_scene *scene,
 {
     if (identity->local_count + identity->distant_count == 0)
         return pm_error_set(err, PM_E_RANGE,
-                            "the scene has no surface and no source with a material; there is "
+                            "the scene has no surface and no source; there is "
                             "nothing to see");
     pm_status status = pm_cube_choose(world, scene, identity, err);
     if (!status)
