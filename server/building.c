@@ -138,3 +138,13 @@ void pm_building_wake(pm_building *building)
     pthread_cond_broadcast(&building->changed);
     pthread_mutex_unlock(&building->lock);
 }
+
+unsigned pm_building_waiting(pm_building *building)
+{
+    unsigned count = 0;
+    pthread_mutex_lock(&building->lock);
+    for (const struct waiter *waiter = building->waiters; waiter; waiter = waiter->next)
+        count++;
+    pthread_mutex_unlock(&building->lock);
+    return count;
+}

@@ -23,5 +23,6 @@ bool pm_building_begin(pm_building *building, const pm_digest *family, int64_t j
 void pm_building_end(pm_building *building, const pm_digest *family, int64_t job);
 void pm_building_end_all(pm_building *building, int64_t job); /* the job is over */
 void pm_building_wake(pm_building *building);
+unsigned pm_building_waiting(pm_building *building); /* jobs that wait now */
 
 #endif

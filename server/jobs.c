@@ -530,6 +530,7 @@ pm_jobs_counts pm_jobs_count(pm_jobs *jobs)
         counts.queued += !work->running && !work->unrecorded;
     }
     pthread_mutex_unlock(&jobs->lock);
+    counts.waiting = pm_building_waiting(jobs->building);
     return counts;
 }
 

@@ -18,7 +18,7 @@ typedef struct pm_jobs_options {
 } pm_jobs_options;
 
 typedef struct pm_jobs_counts {
-    uint64_t queued, running;         /* now */
+    uint64_t queued, running, waiting; /* now; waiting for the photons of another */
     uint64_t done, failed, cancelled; /* since the start */
     uint64_t batches_read, batches_kept;
 } pm_jobs_counts;

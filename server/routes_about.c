@@ -53,6 +53,8 @@ static void jobs_metrics(pm_bytes *text, const pm_jobs_counts *jobs)
     metric(text, "jobs", "gauge", "Jobs that have not ended, by state.");
     pm_bytes_format(text, "pm_jobs{state=\"queued\"} %" PRIu64 "\n", jobs->queued);
     pm_bytes_format(text, "pm_jobs{state=\"running\"} %" PRIu64 "\n", jobs->running);
+    simple(text, "jobs_waiting", "gauge", "Running jobs that wait for photons of another job.",
+           jobs->waiting);
     metric(text, "jobs_ended_total", "counter", "Jobs that ended since the start, by state.");
     pm_bytes_format(text, "pm_jobs_ended_total{state=\"done\"} %" PRIu64 "\n", jobs->done);
     pm_bytes_format(text, "pm_jobs_ended_total{state=\"failed\"} %" PRIu64 "\n", jobs->failed);

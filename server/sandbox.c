@@ -112,24 +112,12 @@ static const int allowed[] = {
 
 /* Asked for by libraries (glibc, TBB, Embree) that go on without: refused, not fatal. */
 static const int refused[] = {
-    SCMP_SYS(open),
-    SCMP_SYS(openat),
-    SCMP_SYS(stat),
-    SCMP_SYS(access),
-    SCMP_SYS(readlink),
-    SCMP_SYS(readlinkat),
-    SCMP_SYS(statfs),
-    SCMP_SYS(getdents64),
-    SCMP_SYS(set_mempolicy),
-    SCMP_SYS(mbind),
-    SCMP_SYS(get_mempolicy),
-    SCMP_SYS(sched_setaffinity),
-    SCMP_SYS(ioctl),
-    SCMP_SYS(prctl),
-    SCMP_SYS(uname),
-    SCMP_SYS(statx),
-    SCMP_SYS(faccessat2),
-    SCMP_SYS(prlimit64),
+    SCMP_SYS(open),   SCMP_SYS(openat),        SCMP_SYS(stat),
+    SCMP_SYS(access), SCMP_SYS(readlink),      SCMP_SYS(readlinkat),
+    SCMP_SYS(statfs), SCMP_SYS(getdents64),    SCMP_SYS(set_mempolicy),
+    SCMP_SYS(mbind),  SCMP_SYS(get_mempolicy), SCMP_SYS(sched_setaffinity),
+    SCMP_SYS(ioctl),  SCMP_SYS(prctl),         SCMP_SYS(uname),
+    SCMP_SYS(statx),  SCMP_SYS(faccessat2),    SCMP_SYS(prlimit64),
 };
 
 /* abort() and pthread_kill() signal the process itself; nobody else may be signalled. */
@@ -155,11 +143,10 @@ static int allow_fstat(scmp_filter_ctx filter)
 {
     struct scmp_arg_cmp own = SCMP_A3(SCMP_CMP_MASKED_EQ, AT_EMPTY_PATH, AT_EMPTY_PATH);
     struct scmp_arg_cmp path = SCMP_A3(SCMP_CMP_MASKED_EQ, AT_EMPTY_PATH, 0);
-    int failed =
-        seccomp_rule_add_array(filter, SCMP_ACT_ALLOW, SCMP_SYS(newfstatat), 1, &own);
+    int failed = seccomp_rule_add_array(filter, SCMP_ACT_ALLOW, SCMP_SYS(newfstatat), 1, &own);
     return failed ? failed
-                  : seccomp_rule_add_array(filter, SCMP_ACT_ERRNO(EACCES),
-                                           SCMP_SYS(newfstatat), 1, &path);
+                  : seccomp_rule_add_array(filter, SCMP_ACT_ERRNO(EACCES), SCMP_SYS(newfstatat),
+                                           1, &path);
 }
 
 static int add_rules(scmp_filter_ctx filter)

@@ -1,0 +1,183 @@
+#include "cmocka_first.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "request.h"
+
+#define ID   "0000000000000000000000000000000000000000000000000000000000000000"
+#define HEAD "{\"scene\": \"" ID "\", \"kind\": "
+
+static pm_status parse(const char *text, pm_request *out, pm_error *err)
+{
+    return pm_request_parse(text, strlen(text), out, err);
+}
+
+static void assert_refused(const char *text, const char *member)
+{
+    pm_error err = PM_ERROR_INIT;
+    pm_request request;
+    assert_int_not_equal(parse(text, &request, &err), PM_OK);
+    assert_string_equal(err.file, member);
+    assert_true(*err.text);
+}
+
+static void a_render_has_its_defaults(void **state)
+{
+    (void)state;
+    pm_request request;
+    assert_int_equal(parse(HEAD "\"render\"}", &request, NULL), PM_OK);
+    assert_int_equal(request.job.kind, PM_JOB_RENDER);
+    assert_int_equal(request.job.wanted.estimator, PM_PROGRESSIVE);
+    assert_int_equal(request.job.wanted.ambient_bounces, 1);
+    assert_int_equal(request.job.width, 512);
+    assert_int_equal(request.job.height, 512);
+    assert_int_equal(request.job.forward.max_events, 5000);
+    assert_int_equal(request.formats, 1U << PM_FORMAT_EXR);
+    assert_true(request.job.view.horizontal == 45);
+    assert_string_equal(request.scene, ID);
+    pm_request_clear(&request);
+}
+
+static void a_view_means_the_same_as_members_and_as_text(void **state)
+{
+    (void)state;
+    pm_request a, b;
+    assert_int_equal(parse(HEAD
+                           "\"render\", \"view\": {\"vp\": [1, 2, 3.5], \"vd\": [0, 0, -1], "
+                           "\"vu\": [0, 1, 0], \"vh\": 60, \"vv\": 30}}",
+                           &a, NULL),
+                     PM_OK);
+    assert_int_equal(
+        parse(HEAD
+              "\"render\", \"view\": \"-vtv -vp 1 2 3.5 -vd 0 0 -1 -vu 0 1 0 -vh 60 -vv 30\"}",
+              &b, NULL),
+        PM_OK);
+    assert_memory_equal(&a.job.view, &b.job.view, sizeof a.job.view);
+    assert_int_equal(a.job.width, b.job.width);
+    assert_int_equal(a.job.height, b.job.height);
+    assert_true(a.job.height < a.job.width); /* pixels are square */
+    pm_request_clear(&a);
+    pm_request_clear(&b);
+}
+
+static void naming_a_map_makes_a_job_of_nearest_photons(void **state)
+{
+    (void)state;
+    pm_request request;
+    assert_int_equal(parse(HEAD "\"render\", \"caustic\": {\"count\": 5000, \"gather\": 60}, "
+                                "\"global\": {\"map\": \"" ID "\"}, \"ab\": -1, \"seed\": 7}",
+                           &request, NULL),
+                     PM_OK);
+    const pm_wanted *wanted = &request.job.wanted;
+    assert_int_equal(wanted->estimator, PM_NEAREST);
+    assert_true(wanted->maps[PM_MAP_CAUSTIC].wanted);
+    assert_int_equal(wanted->maps[PM_MAP_CAUSTIC].count, 5000);
+    assert_int_equal(wanted->maps[PM_MAP_CAUSTIC].gather_count, 60);
+    assert_true(request.has_map_file[PM_MAP_GLOBAL]);
+    assert_false(request.has_map_file[PM_MAP_CAUSTIC]);
+    assert_false(wanted->maps[PM_MAP_VOLUME].wanted);
+    assert_int_equal(wanted->ambient_bounces, -1);
+    assert_int_equal(request.job.forward.seed, 7);
+    pm_request_clear(&request);
+}
+
+static void contradictions_name_their_member(void **state)
+{
+    (void)state;
+    assert_refused(HEAD "\"map\"}", "kind");
+    assert_refused(HEAD "\"map\", \"global\": {\"map\": \"" ID "\"}}", "global");
+    assert_refused(HEAD "\"map\", \"global\": {\"count\": 5, \"gather\": 5}}", "global");
+    assert_refused(HEAD "\"render\", \"global\": {}}", "global");
+    assert_refused(HEAD "\"render\", \"volume\": {\"count\": 5, \"map\": \"" ID "\"}}",
+                   "volume");
+    assert_refused(HEAD "\"trace\"}", "points");
+    assert_refused(HEAD "\"render\", \"view\": {\"vd\": [0, 0, 0]}}", "view");
+    assert_refused(HEAD "\"render\", \"view\": \"-vtl\"}", "view");
+    assert_refused("{\"kind\": \"render\"}", "scene");
+    assert_refused("{\"kind\": ", "body");
+}
+
+static void members_without_meaning_are_refused_not_ignored(void **state)
+{
+    (void)state;
+    static const char *const members[] = {"\"ab\": 1",
+                                          "\"view\": \"\"",
+                                          "\"x\": 5",
+                                          "\"y\": 5",
+                                          "\"passes\": 5",
+                                          "\"time\": 5",
+                                          "\"error\": 1",
+                                          "\"formats\": [\"exr\"]",
+                                          "\"quantity\": \"radiance\"",
+                                          "\"points\": \"" ID "\""};
+    for (size_t i = 0; i < sizeof members / sizeof *members; i++) {
+        char text[512], member[32];
+        snprintf(text, sizeof text, HEAD "\"map\", \"global\": {\"count\": 5}, %s}",
+                 members[i]);
+        snprintf(member, sizeof member, "%.*s", (int)strcspn(members[i] + 1, "\""),
+                 members[i] + 1);
+        assert_refused(text, member);
+    }
+    assert_refused(HEAD "\"trace\", \"points\": \"" ID "\", \"view\": \"\"}", "view");
+    assert_refused(HEAD "\"render\", \"quantity\": \"radiance\"}", "quantity");
+}
+
+static pm_status sensors(const char *text, pm_sensor **out, size_t *count, pm_error *err)
+{
+    return pm_sensors_parse(text, strlen(text), "points", out, count, err);
+}
+
+static void sensors_come_a_line_each_in_order(void **state)
+{
+    (void)state;
+    pm_sensor *list = NULL;
+    size_t count = 0;
+    assert_int_equal(sensors("1 2 3  0 0 1\r\n\n -1e3\t0.5 7 0 -2 0", &list, &count, NULL),
+                     PM_OK);
+    assert_int_equal(count, 2);
+    assert_true(list[0].point.z == 3 && list[0].normal.z == 1);
+    assert_true(list[1].point.x == -1000 && list[1].normal.y == -2);
+    free(list);
+}
+
+static void bad_sensors_name_line_and_column(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        int line, column;
+    } bad[] = {{"", 1, 1},
+               {"\n\n", 1, 1},
+               {"1 2 3 0 0 1\n1 2 x 0 0 1\n", 2, 5},
+               {"1 2 3 0 0", 1, 10},
+               {"1 2 3 0 0 1 9", 1, 13},
+               {"1 2 nan 0 0 1", 1, 5},
+               {"1 2 1e999 0 0 1", 1, 5},
+               {"1 2 3 0 0 0", 1, 1}};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        pm_error err = PM_ERROR_INIT;
+        pm_sensor *list = NULL;
+        size_t count = 0;
+        assert_int_not_equal(sensors(bad[i].text, &list, &count, &err), PM_OK);
+        assert_null(list);
+        assert_string_equal(err.file, "points");
+        assert_int_equal(err.line, bad[i].line);
+        assert_int_equal(err.column, bad[i].column);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_render_has_its_defaults),
+        cmocka_unit_test(a_view_means_the_same_as_members_and_as_text),
+        cmocka_unit_test(naming_a_map_makes_a_job_of_nearest_photons),
+        cmocka_unit_test(contradictions_name_their_member),
+        cmocka_unit_test(members_without_meaning_are_refused_not_ignored),
+        cmocka_unit_test(sensors_come_a_line_each_in_order),
+        cmocka_unit_test(bad_sensors_name_line_and_column),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
