@@ -80,11 +80,16 @@ uint32_t pm_hash_u32(uint32_t a, uint32_t b)
     return x;
 }
 
-double pm_sobol(uint32_t index, unsigned dimension, uint32_t scramble)
+double pm_sobol_hashed(uint32_t index, unsigned dimension, uint32_t hash)
 {
     uint32_t(*sum)[256] = sums[dimension];
     uint32_t x = sum[0][index & 255] ^ sum[1][index >> 8 & 255];
     if (index >> 16)
         x ^= sum[2][index >> 16 & 255] ^ sum[3][index >> 24];
-    return owen_scramble(x, pm_hash_u32(scramble, dimension)) * 0x1p-32;
+    return owen_scramble(x, hash) * 0x1p-32;
+}
+
+double pm_sobol(uint32_t index, unsigned dimension, uint32_t scramble)
+{
+    return pm_sobol_hashed(index, dimension, pm_hash_u32(scramble, dimension));
 }

@@ -15,6 +15,9 @@ enum { PM_SOBOL_DIMENSIONS = 8 };
 
 double pm_sobol(uint32_t index, unsigned dimension, uint32_t scramble);
 
+/* The same for who draws many points: hash = pm_hash_u32(scramble, dimension). */
+double pm_sobol_hashed(uint32_t index, unsigned dimension, uint32_t hash);
+
 /* Mixes two numbers into well-spread bits; for deriving scrambles (lowbias32, Wellons 2018). */
 uint32_t pm_hash_u32(uint32_t a, uint32_t b);
 

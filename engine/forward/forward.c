@@ -31,7 +31,7 @@ struct chunk {
 struct run {
     struct pm_tracer tracer;
     uint64_t first_path;
-    uint32_t first_sobol, scramble;
+    uint32_t first_sobol;
     struct pm_recorder *recorders; /* [threads] */
     struct chunk chunks[CHUNKS];
     uint32_t *ends[PM_MAP_KINDS]; /* NULL: not wanted */
@@ -84,8 +84,7 @@ static void trace_chunk(void *context, size_t c, unsigned thread)
     struct chunk *chunk = &run->chunks[c];
     start_chunk(chunk, &recorder, thread);
     for (uint32_t i = (uint32_t)c * CHUNK_PATHS, last = i + CHUNK_PATHS; i < last; i++) {
-        pm_path_trace(&run->tracer, run->first_path + i, run->first_sobol + i, run->scramble,
-                      &recorder);
+        pm_path_trace(&run->tracer, run->first_path + i, run->first_sobol + i, &recorder);
         for (int kind = 0; kind < PM_MAP_KINDS; kind++)
             if (run->ends[kind])
                 run->ends[kind][i] =
@@ -99,13 +98,15 @@ static void trace_chunk(void *context, size_t c, unsigned thread)
 
 /* ---- runs ---- */
 
-/* The scramble of a replicate's emission; the pre-run has one of its own. */
-static uint32_t scramble_of(uint64_t seed, pm_rng_purpose purpose, unsigned replicate)
+static struct pm_tracer tracer_of(const pm_forward *forward, pm_rng_purpose purpose,
+                                  unsigned replicate)
 {
-    pm_rng rng;
-    pm_rng_init(&rng, seed, PM_RNG_SCRAMBLE, replicate);
-    pm_rng_bounce(&rng, (uint32_t)purpose);
-    return pm_rng_u32(&rng);
+    struct pm_tracer tracer = {.world = forward->world,
+                               .seed = forward->options.seed,
+                               .purpose = purpose,
+                               .max_events = forward->options.max_events};
+    pm_tracer_set_replicate(&tracer, replicate);
+    return tracer;
 }
 
 static struct pm_recorder *recorders_new(const pm_forward *forward, unsigned threads,
@@ -160,12 +161,9 @@ static void set_probability(pm_forward *forward, int kind, uint64_t deposits)
 
 static pm_status run_prepass(pm_forward *forward, pm_pool *pool, pm_error *err)
 {
-    uint64_t seed = forward->options.seed;
     unsigned threads = pm_pool_threads(pool);
-    struct run run = {
-        .tracer = {forward->world, seed, PM_RNG_PREPASS, forward->options.max_events},
-        .scramble = scramble_of(seed, PM_RNG_PREPASS, 0),
-        .recorders = recorders_new(forward, threads, 0, 0)};
+    struct run run = {.tracer = tracer_of(forward, PM_RNG_PREPASS, 0),
+                      .recorders = recorders_new(forward, threads, 0, 0)};
     if (!run.recorders)
         return pm_error_set(err, PM_E_MEMORY, "no memory for the forward pass");
     pm_status st = run_chunks(forward, &run, PREPASS_CHUNKS, pool, err);
@@ -284,13 +282,11 @@ pm_status pm_forward_batch(const pm_forward *forward, uint64_t index, unsigned k
     if (index >= MAX_BATCHES)
         return pm_error_set(err, PM_E_RANGE, "batch %llu; a family has at most %d",
                             (unsigned long long)index, MAX_BATCHES);
-    uint64_t seed = forward->options.seed;
     unsigned threads = pm_pool_threads(pool), replicate = index % PM_REPLICATES;
     struct run run = {
-        .tracer = {forward->world, seed, PM_RNG_PATH, forward->options.max_events},
+        .tracer = tracer_of(forward, PM_RNG_PATH, replicate),
         .first_path = index * PM_BATCH_PATHS,
         .first_sobol = (uint32_t)(index / PM_REPLICATES * PM_BATCH_PATHS),
-        .scramble = scramble_of(seed, PM_RNG_PATH, replicate),
         .recorders = recorders_new(forward, threads, kinds, replicate),
         .cancelled = cancelled,
         .context = context,

@@ -106,11 +106,11 @@ static pm_rgb albedo_of(const pm_surface *s)
 }
 
 /* What the surface takes, in expectation: from its albedo, so that the flux balance also checks
- * the sampling. Ward's lobe has no albedo in closed form (part of it lies below the horizon);
- * there what the sample lost is taken. */
+ * the sampling. Ward's lobe (part of which lies below the horizon) and a diffuse part under a
+ * Fresnel layer have no albedo in closed form; there what the sample lost is taken. */
 static pm_rgb absorbed_by(const pm_surface *surface, pm_rgb before, pm_rgb after)
 {
-    if (surface->roughness > 0)
+    if (surface->roughness > 0 || surface->fresnel)
         return pm_rgb_sub(before, after);
     return pm_rgb_sub(before, pm_rgb_mul(before, albedo_of(surface)));
 }
@@ -292,12 +292,22 @@ static bool is_finite(const struct walk *walk)
     return isfinite(sum + r->origin.x + r->origin.y + r->origin.z);
 }
 
-/* False if no light emits. */
-static bool emit(struct walk *walk, uint32_t sobol_index, uint32_t scramble)
+void pm_tracer_set_replicate(struct pm_tracer *tracer, unsigned replicate)
 {
-    double u[5];
-    for (unsigned d = 0; d < 5; d++)
-        u[d] = pm_sobol(sobol_index, d, scramble);
+    pm_rng rng;
+    pm_rng_init(&rng, tracer->seed, PM_RNG_SCRAMBLE, replicate);
+    pm_rng_bounce(&rng, (uint32_t)tracer->purpose); /* the pre-run has scrambles of its own */
+    uint32_t scramble = pm_rng_u32(&rng);
+    for (unsigned d = 0; d < PM_EMISSION_DIMENSIONS; d++)
+        tracer->scramble[d] = pm_hash_u32(scramble, d);
+}
+
+/* False if no light emits. */
+static bool emit(struct walk *walk, uint32_t sobol_index)
+{
+    double u[PM_EMISSION_DIMENSIONS];
+    for (unsigned d = 0; d < PM_EMISSION_DIMENSIONS; d++)
+        u[d] = pm_sobol_hashed(sobol_index, d, walk->tracer->scramble[d]);
     const pm_emission *e = &walk->emission;
     if (!pm_light_emit(walk->tracer->world, u, &walk->emission))
         return false;
@@ -313,14 +323,14 @@ static bool emit(struct walk *walk, uint32_t sobol_index, uint32_t scramble)
 }
 
 void pm_path_trace(const struct pm_tracer *tracer, uint64_t number, uint32_t sobol_index,
-                   uint32_t scramble, struct pm_recorder *recorder)
+                   struct pm_recorder *recorder)
 {
     struct walk walk;
     walk.tracer = tracer;
     walk.recorder = recorder;
     walk.segment = walk.events = walk.straight = 0;
     walk.specular = false;
-    if (!emit(&walk, sobol_index, scramble))
+    if (!emit(&walk, sobol_index))
         return;
     pm_rng_init(&walk.rng, tracer->seed, tracer->purpose, number);
     bool finite;

@@ -12,13 +12,19 @@
 
 /* One photon path from its light to its end. Shared by the files of this folder. */
 
+enum { PM_EMISSION_DIMENSIONS = 5 };
+
 /* What every path of a run has in common. */
 struct pm_tracer {
     const pm_world *world;
     uint64_t seed;
     pm_rng_purpose purpose;
     uint32_t max_events;
+    uint32_t scramble[PM_EMISSION_DIMENSIONS]; /* of the emission's Sobol sequence */
 };
+
+/* Fills in `scramble` for a replicate. */
+void pm_tracer_set_replicate(struct pm_tracer *tracer, unsigned replicate);
 
 struct pm_photon_buffer {
     pm_photon *photons;
@@ -40,9 +46,9 @@ struct pm_recorder {
     bool out_of_memory; /* photons were lost; the run must fail */
 };
 
-/* Path `number`, emitted by point `sobol_index` of the sequence that `scramble` selects.
- * Allocates nothing but room for photons. */
+/* Path `number`, emitted by point `sobol_index` of the replicate's sequence. Allocates nothing
+ * but room for photons. */
 void pm_path_trace(const struct pm_tracer *tracer, uint64_t number, uint32_t sobol_index,
-                   uint32_t scramble, struct pm_recorder *recorder);
+                   struct pm_recorder *recorder);
 
 #endif

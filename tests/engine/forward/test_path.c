@@ -44,7 +44,8 @@ static void accumulate(struct run *run, pm_rgb *sum, pm_rgb *sum2, struct pm_rec
 static struct run trace(const char *scene, unsigned paths, unsigned kinds)
 {
     struct run run = {.world = world_of(scene), .paths = paths};
-    struct pm_tracer tracer = {run.world, 11, PM_RNG_PATH, MAX_EVENTS};
+    struct pm_tracer tracer = {run.world, 11, PM_RNG_PATH, MAX_EVENTS, {0}};
+    pm_tracer_set_replicate(&tracer, 3);
     struct pm_recorder total = {0};
     pm_rgb sum = {0, 0, 0}, sum2 = {0, 0, 0}, none = {0, 0, 0};
     run.recorder.kinds = kinds;
@@ -53,7 +54,7 @@ static struct run trace(const char *scene, unsigned paths, unsigned kinds)
         run.recorder.probability[kind] = 1;
     for (unsigned i = 0; i < paths; i++) {
         run.recorder.emitted = run.recorder.absorbed = run.recorder.escaped = none;
-        pm_path_trace(&tracer, i, i, 0xC0FFEE, &run.recorder);
+        pm_path_trace(&tracer, i, i, &run.recorder);
         accumulate(&run, &sum, &sum2, &total);
     }
     run.recorder.emitted = total.emitted;
@@ -93,7 +94,7 @@ static bool balances(double mean, double variance, double paths, double emitted)
 
 static struct run check_balance(const char *scene)
 {
-    struct run run = trace(scene, 40000, 0);
+    struct run run = trace(scene, 100000, 0);
     pm_rgb m = run.imbalance, v = run.variance, e = run.recorder.emitted;
     assert_true(e.r > 0 && e.g > 0 && e.b > 0);
     assert_true(balances(m.r, v.r, run.paths, e.r));
@@ -181,6 +182,50 @@ static void integrating_sphere_receives_phi_rho_over_one_minus_rho(void **state)
     check_integrating_sphere(.5, 100000);
     check_integrating_sphere(.9, 30000);
     check_integrating_sphere(.99, 10000);
+}
+
+/* In the middle of a sphere of radius 1 every photon travels 1 to its first hit; Radiance's
+ * spotlight of focus f then gives (1 / (1 + f))^2 of what it gives far away. */
+static void a_focused_spotlight_keeps_back_flux_by_distance(void **state)
+{
+    (void)state;
+    const unsigned paths = 50000;
+    struct run run =
+        trace("void plastic wall 0 0 5 .5 .5 .5 0 0\nwall bubble sphere 0 0 4 0 0 0 1\n"
+              "void spotlight spot 0 0 7 1e6 1e6 1e6 60 0 0 -.5\n"
+              "spot ring lamp 0 0 8 0 0 0 0 0 -1 0 .001\n",
+              paths, 1U << PM_MAP_GLOBAL);
+    double share = 1 / 1.5 / 1.5,
+           found = deposited(&run, PM_MAP_GLOBAL).g * run.paths / run.recorder.emitted.g;
+    assert_true(fabs(found - share) < K * share * sqrt(.5 / paths) / .5 + 1e-3 * share);
+    assert_true(balances(run.imbalance.g, run.variance.g, run.paths, run.recorder.emitted.g));
+    run_clear(&run);
+}
+
+/* A small lamp shines down on an illum disc of radius R at distance h: sin^2 = R^2 / (R^2 +
+ * h^2) of its flux meets it. A share p of n photons has sigma sqrt(p (1 - p) / n). The illum's
+ * own light is too faint to matter. */
+static double absorbed_share(const char *lamp, const char *front)
+{
+    char scene[512];
+    snprintf(scene, sizeof scene,
+             "void %s bright\n0\n0\n%s\nbright ring lamp 0 0 8 0 0 .5 0 0 -1 0 .001\n"
+             "void illum window 1 void 0 3 1e-12 1e-12 1e-12\nwindow ring pane 0 0 8 0 0 0 0 0 "
+             "%s 0 1\n",
+             lamp, strcmp(lamp, "glow") ? "3 1e6 1e6 1e6" : "4 1e6 1e6 1e6 0", front);
+    struct run run = trace(scene, 20000, 0);
+    double share = run.recorder.absorbed.g / run.recorder.emitted.g;
+    run_clear(&run);
+    return share;
+}
+
+static void an_illum_stands_for_the_weak_light_behind_it(void **state)
+{
+    (void)state;
+    double p = 1 / (1 + .25);
+    assert_true(fabs(absorbed_share("glow", "-1") - p) < K * sqrt(p * (1 - p) / 20000) + 1e-3);
+    assert_true(absorbed_share("light", "-1") == 0); /* strong light goes on */
+    assert_true(absorbed_share("glow", "1") == 0);   /* it leaves through the back */
 }
 
 #define FLOOR "void plastic grey 0 0 5 .5 .5 .5 0 0\ngrey ring floor 0 0 8 0 0 -1 0 0 1 0 3\n"
@@ -412,6 +457,8 @@ int main(void)
         cmocka_unit_test(flux_balance_of_coloured_mist),
         cmocka_unit_test(flux_balance_of_a_mirror_box),
         cmocka_unit_test(integrating_sphere_receives_phi_rho_over_one_minus_rho),
+        cmocka_unit_test(a_focused_spotlight_keeps_back_flux_by_distance),
+        cmocka_unit_test(an_illum_stands_for_the_weak_light_behind_it),
         cmocka_unit_test(direct_photons_are_not_stored),
         cmocka_unit_test(straight_passage_keeps_light_direct),
         cmocka_unit_test(caustic_photons_follow_a_specular_event),
