@@ -204,9 +204,12 @@ static double draw_free_path(struct walk *walk, const pm_medium *medium)
 static void weigh_free_path(struct walk *walk, const pm_medium *medium, double length,
                             bool collided)
 {
-    pm_rgb flux = walk->flux, value = pm_medium_transmittance(medium, length);
+    pm_rgb flux = walk->flux, extinction = medium->extinction;
+    if (extinction.r == extinction.g && extinction.g == extinction.b)
+        return; /* all weights are 1 */
+    pm_rgb value = pm_medium_transmittance(medium, length);
     if (collided)
-        value = pm_rgb_mul(value, medium->extinction);
+        value = pm_rgb_mul(value, extinction);
     pm_rgb arriving = pm_rgb_mul(flux, value);
     double density = (arriving.r + arriving.g + arriving.b) / (flux.r + flux.g + flux.b);
     walk->flux = pm_rgb_scale(arriving, 1 / density);
