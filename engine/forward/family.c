@@ -7,8 +7,8 @@
 /* Raise it whenever a stored byte of any photon can change for the same scene and options. */
 enum { FORMAT_VERSION = 1 };
 
-/* What decides which surface a ray meets (world/rays.c): another kernel or instruction set
- * picks another primitive in one of a million rays. */
+/* What proposes the surfaces that a ray may meet (world/rays.c) before they are tested in
+ * double. */
 static const char ray_kernel[] = "embree-3.13 avx2 robust";
 
 /* The digest's input, little-endian. */
