@@ -101,21 +101,6 @@ static bool ball_meets_cube(const struct pm_shape *s, pm_vec3 center, double hal
     return pm_vec3_length(near) <= s->r0 && pm_vec3_length(far) >= s->r0;
 }
 
-bool pm_shape_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)
-{
-    if (s->low.x > center.x + half || s->low.y > center.y + half ||
-        s->low.z > center.z + half || s->high.x < center.x - half ||
-        s->high.y < center.y - half || s->high.z < center.z - half)
-        return false;
-    if (s->type == PM_POLYGON)
-        return polygon_meets_cube(s, center, half);
-    if (s->type == PM_RING)
-        return plane_meets_cube(s, center, half);
-    return !pm_shape_is_ball(s) || ball_meets_cube(s, center, half);
-}
-
-/* ---- points and normals ---- */
-
 /* From the axis of a cone to the point, at right angles to the axis; *along: where on the axis.
  */
 static pm_vec3 from_axis(const struct pm_shape *s, pm_vec3 point, double *along)
@@ -129,6 +114,32 @@ static double slope(const struct pm_shape *s)
 {
     return (s->r1 - s->r0) / s->height;
 }
+
+/* In the half plane through the axis the cone is a stretch of a line. */
+static bool cone_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)
+{
+    double along, k = slope(s), reach = 1.7320508075688774 * half; /* sqrt 3 */
+    double radius = pm_vec3_length(from_axis(s, center, &along));
+    double apart = fabs(radius - s->r0 - k * along) / sqrt(1 + k * k);
+    return apart <= reach + 0x1p-48;
+}
+
+bool pm_shape_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)
+{
+    if (s->low.x > center.x + half || s->low.y > center.y + half ||
+        s->low.z > center.z + half || s->high.x < center.x - half ||
+        s->high.y < center.y - half || s->high.z < center.z - half)
+        return false;
+    if (s->type == PM_POLYGON)
+        return polygon_meets_cube(s, center, half);
+    if (s->type == PM_RING)
+        return plane_meets_cube(s, center, half);
+    if (pm_shape_is_ball(s))
+        return ball_meets_cube(s, center, half);
+    return cone_meets_cube(s, center, half);
+}
+
+/* ---- points and normals ---- */
 
 pm_vec3 pm_shape_normal(const struct pm_shape *s, pm_vec3 point)
 {
