@@ -28,7 +28,8 @@ typedef struct pm_forward_options {
 pm_forward_options pm_forward_defaults(void);
 
 /* What is fixed for one world and one set of options, with the storage probabilities from a
- * pre-run of 2^14 paths (at most 4 photons a path and kind on average). */
+ * pre-run of 2^14 paths (at most 4 photons a path and kind on average). Borrows the world,
+ * which must outlive it. PM_E_RANGE for a bound on events above 50000. */
 typedef struct pm_forward pm_forward;
 
 PM_MUST_USE pm_status pm_forward_new(const pm_world *world, const pm_forward_options *options,
@@ -50,7 +51,9 @@ double pm_forward_storage_probability(const pm_forward *forward, pm_map_kind kin
 
 /* Traces one batch of PM_BATCH_PATHS paths and stores the kinds whose bit (1 << kind) is set in
  * `kinds`; out[kind] of the others is left alone. What is stored of a kind does not depend on
- * the other bits. `cancelled` (may be NULL) is asked between pieces: PM_E_CANCELLED. */
+ * the other bits. `cancelled` (may be NULL) is asked between pieces, by the calling thread
+ * alone: PM_E_CANCELLED. PM_E_RANGE from batch 2^20 on, where the Sobol sequences end. Tests:
+ * forward_bytes_equal_for_1_2_and_7_threads, kinds_do_not_depend_on_each_other. */
 PM_MUST_USE pm_status pm_forward_batch(const pm_forward *forward, uint64_t index,
                                        unsigned kinds, pm_pool *pool, bool (*cancelled)(void *),
                                        void *context, pm_batch out[PM_MAP_KINDS],

@@ -8,8 +8,8 @@
 #include "world/surface.h"
 
 enum {
-    STRAIGHT_MAX =
-        1024, /* straight passages in a row: panes that coincide must not hang a path */
+    /* Passages in a row: panes that coincide must not hang a path. */
+    STRAIGHT_MAX = 1024,
     /* Random numbers are drawn per segment; those of storing come from a stream beside it. */
     STORING = 1 << 30,
 };
@@ -199,7 +199,7 @@ static double draw_free_path(struct walk *walk, const pm_medium *medium)
 
 /* Weighs the flux after a free path of `length` that ended in a collision or not: one-sample
  * multiple importance sampling by the balance heuristic over the channels (Veach 1997,
- * eq. 9.15). With channels picked in proportion to their flux the sum of the three stays what
+ * 9.2.4). With channels picked in proportion to their flux the sum of the three stays what
  * it was, so weights are bounded for any ratio of extinctions. */
 static void weigh_free_path(struct walk *walk, const pm_medium *medium, double length,
                             bool collided)
