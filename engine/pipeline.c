@@ -57,7 +57,10 @@ static pm_status compile(pm_run *run, const pm_bundle *bundle)
 
 static pm_status start_forward(pm_run *run)
 {
-    pm_status st = pm_plan_make(run->world, &run->job->wanted, &run->answer->plan, run->err);
+    pm_wanted wanted = run->job->wanted;
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        wanted.maps[kind].from_file = run->job->files[kind].data;
+    pm_status st = pm_plan_make(run->world, &wanted, &run->answer->plan, run->err);
     if (!st)
         st = pm_forward_new(run->world, &run->job->forward, run->pool, &run->forward, run->err);
     return st;

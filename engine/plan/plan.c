@@ -26,7 +26,7 @@ static pm_status check_wanted(const pm_wanted *wanted, int kind, pm_error *err)
     const char *name = pm_map_kind_name((pm_map_kind)kind);
     if (wanted->estimator != PM_NEAREST || !map->wanted)
         return PM_OK;
-    if (map->count < 1 || map->count > MAX_PHOTONS)
+    if (!map->from_file && (map->count < 1 || map->count > MAX_PHOTONS))
         return pm_error_set(err, PM_E_RANGE,
                             "a %s map of %" PRIu64 " photons; it can have 1 to %" PRIu64, name,
                             map->count, MAX_PHOTONS);

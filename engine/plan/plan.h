@@ -36,6 +36,7 @@ typedef enum pm_estimator {
 /* One map that the user asked for. */
 typedef struct pm_map_wanted {
     bool wanted;
+    bool from_file;        /* the user brings it: nothing is traced, `count` says nothing */
     uint64_t count;        /* photons */
     uint32_t gather_count; /* photons an estimate; 0 = 40 */
 } pm_map_wanted;

@@ -140,6 +140,17 @@ static void counts_out_of_range_are_refused(void **state)
     refuse(&wanted, "16385 photons an estimate of the global map; at most 16384");
 }
 
+static void maps_from_files_need_no_count(void **state)
+{
+    (void)state;
+    pm_wanted wanted = all_maps();
+    wanted.maps[PM_MAP_GLOBAL] = (pm_map_wanted){.wanted = true, .from_file = true};
+    pm_plan plan = plan_of(LAMP FLOOR, &wanted);
+    assert_int_equal(plan.pass[PM_MAP_GLOBAL].gather_count, 40);
+    wanted.maps[PM_MAP_GLOBAL].gather_count = 16385;
+    refuse(&wanted, "16385 photons an estimate of the global map; at most 16384");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -151,6 +162,7 @@ int main(void)
         cmocka_unit_test(counts_are_carried_with_the_default_gather_count),
         cmocka_unit_test(progressive_jobs_take_what_the_scene_offers),
         cmocka_unit_test(counts_out_of_range_are_refused),
+        cmocka_unit_test(maps_from_files_need_no_count),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
