@@ -143,6 +143,15 @@ enum { PM_DIRECT_DIFFUSE = 1, PM_DIRECT_GLOSSY = 2 };
 pm_rgb pm_direct_light(const struct pm_pass *pass, const struct pm_spot *spot,
                        pm_rgb throughput, unsigned lobes, struct pm_sampler *sampler);
 
+/* Multiple importance sampling: weight of a sample drawn with density `pdf` that another
+ * strategy draws with density `other`; power heuristic with exponent 2, Veach 1997, eq. 9.13.
+ */
+static inline double pm_power_weight(double pdf, double other)
+{
+    double ratio = other / pdf;
+    return 1 / (1 + ratio * ratio);
+}
+
 /* lookup.c: radiance towards wo of the vertex's photons, times throughput, added to `value`. */
 void pm_lookup_surface(const struct pm_pass *pass, const struct pm_spot *spot,
                        pm_rgb throughput, enum pm_vertex vertex, struct pm_value *value);

@@ -9,13 +9,6 @@ pm_media pm_spot_media(const struct pm_pass *pass, const struct pm_spot *spot,
     return media;
 }
 
-/* Power heuristic with exponent 2 (Veach 1997, eq. 9.13), `pdf` against `other`. */
-static double power_weight(double pdf, double other)
-{
-    double ratio = other / pdf;
-    return 1 / (1 + ratio * ratio);
-}
-
 /* f |cos| of the lobes asked for, the glossy one weighted. A glossy bounce cannot hit a hidden
  * light, so there next event has all of it. */
 static pm_rgb scattered(const struct pm_spot *spot, pm_rgb throughput, unsigned lobes,
@@ -28,8 +21,8 @@ static pm_rgb scattered(const struct pm_spot *spot, pm_rgb throughput, unsigned 
         return f;
     double weight = 1;
     if (!light->hidden)
-        weight = power_weight(light->pdf,
-                              pm_surface_glossy_pdf(spot->surface, throughput, light->wi));
+        weight = pm_power_weight(light->pdf,
+                                 pm_surface_glossy_pdf(spot->surface, throughput, light->wi));
     return pm_rgb_madd(f, weight, pm_surface_glossy(spot->surface, light->wi));
 }
 

@@ -86,8 +86,8 @@ pm_status pm_pass_init(struct pm_pass *pass, const pm_world *world,
         if (!is_valid(maps, (pm_map_kind)kind))
             return pm_error_set(err, PM_E_RANGE,
                                 "the %s map has neither a radius nor a number of "
-                                "photons to look for",
-                                pm_map_kind_name((pm_map_kind)kind));
+                                "photons, 1 to %d, to look for",
+                                pm_map_kind_name((pm_map_kind)kind), PM_GATHER_MAX);
     *pass = (struct pm_pass){
         .world = world, .shared = !maps->progressive, .fresnel_share = even_share()};
     struct pm_vertex_rule *eye = &pass->rules[PM_VERTEX_EYE];

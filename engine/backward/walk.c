@@ -1,13 +1,5 @@
 #include "backward/backward_internal.h"
 
-/* Multiple importance sampling of what a glossy bounce hit, against next event with density
- * `other`: power heuristic, Veach 1997, eq. 9.13. */
-static double bounce_weight(const struct pm_walk *walk, double other)
-{
-    double ratio = other / walk->bend_pdf;
-    return 1 / (1 + ratio * ratio);
-}
-
 static void add_light(const struct pm_walk *walk, pm_rgb radiance, struct pm_value *value)
 {
     value->radiance = pm_rgb_add(value->radiance, pm_rgb_mul(walk->throughput, radiance));
@@ -25,7 +17,7 @@ static void add_distant(const struct pm_pass *pass, const struct pm_walk *walk,
                           ? pm_light_seen_distant(pass->world, direction)
                           : pm_light_distant(pass->world, direction, &pdf);
     if (walk->emission == PM_EMISSION_WEIGHTED)
-        radiance = pm_rgb_scale(radiance, bounce_weight(walk, pdf));
+        radiance = pm_rgb_scale(radiance, pm_power_weight(walk->bend_pdf, pdf));
     add_light(walk, radiance, value);
 }
 
@@ -43,7 +35,7 @@ static void add_emission(const struct pm_pass *pass, const struct pm_walk *walk,
         return;
     if (walk->emission == PM_EMISSION_WEIGHTED) {
         double pdf = pm_light_pdf_surface(pass->world, walk->bend, walk->ray.direction, hit);
-        radiance = pm_rgb_scale(radiance, bounce_weight(walk, pdf));
+        radiance = pm_rgb_scale(radiance, pm_power_weight(walk->bend_pdf, pdf));
     }
     add_light(walk, radiance, value);
 }
