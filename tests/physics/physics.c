@@ -194,19 +194,21 @@ pm_rgb flux_within(const pm_photon_map *map, pm_vec3 center, double radius)
     return sum;
 }
 
-struct stat flux_mean(pm_job *job, const char *text, pm_map_kind kind, pm_vec3 center,
-                      double radius)
+void run_flux(pm_job *job, const char *text, pm_map_kind kind, pm_vec3 center, double radius,
+              struct stat flux[3])
 {
-    struct stat stat = {0};
+    memset(flux, 0, 3 * sizeof *flux);
     for (unsigned seed = 1; seed <= SEEDS; seed++) {
         pm_answer answer;
         job->forward.seed = seed;
         run_job(job, text, NULL, &answer);
         assert_non_null(answer.map[kind]);
-        stat_add(&stat, pm_rgb_mean(flux_within(answer.map[kind], center, radius)));
+        pm_rgb sum = flux_within(answer.map[kind], center, radius);
+        stat_add(&flux[0], sum.r);
+        stat_add(&flux[1], sum.g);
+        stat_add(&flux[2], sum.b);
         pm_answer_clear(&answer);
     }
-    return stat;
 }
 
 /* ---- the reference ---- */

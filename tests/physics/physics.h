@@ -109,9 +109,9 @@ pm_rgb flux_of(const pm_photon_map *map, size_t i, pm_vec3 *position);
 /* Flux of the photons within `radius` of `center` [W]. */
 pm_rgb flux_within(const pm_photon_map *map, pm_vec3 center, double radius);
 
-/* Of all photons: runs a map job for seeds 1 .. SEEDS. */
-struct stat flux_mean(pm_job *job, const char *text, pm_map_kind kind, pm_vec3 center,
-                      double radius);
+/* The same of a map job for seeds 1 .. SEEDS, a channel each. */
+void run_flux(pm_job *job, const char *text, pm_map_kind kind, pm_vec3 center, double radius,
+              struct stat flux[3]);
 
 /* ---- the reference ---- */
 

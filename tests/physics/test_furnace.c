@@ -12,8 +12,8 @@
  * wall has direct irradiance pi Le f, of each flux it scatters 1 - f falls on itself again, and
  *   E = pi Le f + rho (1 - f) E,  radiance L = rho E / pi = rho Le f / (1 - rho (1 - f)):
  * the furnace Lo / (1 - a) with Lo = rho Le f, a = rho (1 - f). */
-#define CAP_HEIGHT .96
-#define CAP_RADIUS .28 /* .28^2 + .96^2 = 1 */
+#define CAP_HEIGHT .8
+#define CAP_RADIUS .6
 #define CAP_SHARE  ((1 - CAP_HEIGHT) / 2)
 
 static char *furnace(double albedo)
@@ -31,7 +31,8 @@ static double furnace_radiance(double albedo, double bounces_share)
 }
 
 /* Directions from the middle, or points of the wall, evenly spread by the golden angle over
- * z < 1/2: out of reach of the cap's rim. */
+ * z < 1/2: out of reach of the cap's rim at
+ * .8, for look-ups narrower than .3. */
 enum { DIRECTIONS = 32 };
 
 static void spread(pm_sensor sensors[DIRECTIONS], bool on_wall)
@@ -195,7 +196,7 @@ static void lossless_objects_vanish_in_an_even_sky(void **state)
  * with the share a^2 (lamp's area over A times 1), where it is absorbed, so
  *   E = Phi / A / (1 - rho (1 - a^2)),  indirect Phi rho (1 - a^2) / (A (1 - rho (1 - a^2))),
  * which is Phi rho / (A (1 - rho)) for a small lamp. */
-#define LAMP_RADIUS .02
+#define LAMP_RADIUS .15
 
 static char *integrating_sphere(double albedo, double lamp)
 {
@@ -230,15 +231,13 @@ static void integrating_sphere_indirect_irradiance(void **state)
         double want = sphere_irradiance(albedos[i], LAMP_RADIUS) - direct;
         pm_job progressive = job_of(PM_JOB_TRACE, -1);
         look_at(&progressive, sensors, DIRECTIONS, PM_IRRADIANCE);
-        pm_job eye = map_job(-1, sensors, PM_IRRADIANCE);
         pm_job gather = map_job(1, sensors, PM_IRRADIANCE);
-        pm_job *jobs[3] = {&progressive, &eye, &gather};
-        const char *names[3] = {"progressive", "-ab -1", "-ab 1"};
-        for (int k = 0; k < 3; k++) {
-            struct stat got = run_mean(jobs[k], text, SEEDS, GREY);
-            got.mean -= direct;
-            expect_mean(names[k], &got, want, 0);
-        }
+        struct stat got = run_mean(&progressive, text, SEEDS, GREY);
+        got.mean -= direct;
+        expect_mean("progressive", &got, want, 0);
+        got = run_mean(&gather, text, SEEDS, GREY);
+        got.mean -= direct;
+        expect_mean("-ab 1", &got, want, 0);
         free(text);
     }
 }
