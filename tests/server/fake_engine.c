@@ -131,11 +131,15 @@ static void make_map(const struct scene *scene, const pm_job *job, const pm_job_
     hooks->end(hooks->context, &family);
 }
 
+/* Noise, so that files are as large as their pictures. */
 static pm_status make_picture(const pm_job *job, pm_answer *out)
 {
+    uint32_t x = 1;
     pm_status st = pm_image_init(&out->image, job->width, job->height);
-    for (size_t i = 0; !st && i < (size_t)3 * job->width * job->height; i++)
-        out->image.rgb[i] = .5F;
+    for (size_t i = 0; !st && i < (size_t)3 * job->width * job->height; i++) {
+        x = x * 1664525U + 1013904223U;
+        out->image.rgb[i] = (float)x / 4294967296.F;
+    }
     return st;
 }
 

@@ -1,0 +1,198 @@
+#include "cmocka_first.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/digest.h"
+#include "harness.h"
+
+/* The real engine in its sandbox: a scene over HTTP to maps, a picture and values. */
+
+/* A closed box whose walls have albedo .5, a glass ball in it, a lamp in the ceiling. */
+static const char scene_text[] =
+    "void plastic wall 0 0 5 .5 .5 .5 0 0\\n"
+    "void dielectric glass 0 0 5 1 1 1 1.5 0\\n"
+    "void light on 0 0 3 10 10 10\\n"
+    "wall polygon floor 0 0 12 -1 -1 0 1 -1 0 1 1 0 -1 1 0\\n"
+    "wall polygon top 0 0 12 -1 -1 2 -1 1 2 1 1 2 1 -1 2\\n"
+    "wall polygon north 0 0 12 -1 1 0 1 1 0 1 1 2 -1 1 2\\n"
+    "wall polygon south 0 0 12 -1 -1 0 -1 -1 2 1 -1 2 1 -1 0\\n"
+    "wall polygon east 0 0 12 1 -1 0 1 -1 2 1 1 2 1 1 0\\n"
+    "wall polygon west 0 0 12 -1 -1 0 -1 1 0 -1 1 2 -1 -1 2\\n"
+    "glass sphere ball 0 0 4 .3 .3 .6 .3\\n"
+    "on polygon lamp 0 0 12 -.3 -.3 1.99 -.3 .3 1.99 .3 .3 1.99 .3 -.3 1.99\\n";
+
+static void start(test_server *server, char scene[65])
+{
+    server->worker = PMWORKER;
+    test_server_start_plain(server);
+    test_reply reply;
+    char body[2048];
+    snprintf(body, sizeof body, "{\"text\": \"%s\"}", scene_text);
+    reply = test_post(server, "/v1/scenes", body);
+    if (reply.status != 201)
+        fail_msg("%.*s", (int)reply.body.size, reply.body.data);
+    strcpy(scene, pm_json_get_text(reply.json, "id", ""));
+    assert_int_equal(pm_json_get_integer(reply.json, "surfaces", 0), 8);
+    assert_int_equal(pm_json_get_integer(reply.json, "lights", 0), 1);
+    test_reply_clear(&reply);
+}
+
+static pm_json *run(const test_server *server, const char *format, const char *scene)
+{
+    char id[32];
+    test_job(server, format, scene, id);
+    pm_json *job = test_finish(server, id);
+    if (strcmp(pm_json_get_text(job, "state", ""), "done") != 0) {
+        char *text = pm_json_pretty(job);
+        fail_msg("%s", text);
+    }
+    return job;
+}
+
+static pm_digest fetch_digest(const test_server *server, const char *path)
+{
+    test_reply reply = test_get(server, path);
+    assert_int_equal(reply.status, 200);
+    pm_digest digest = pm_digest_of(reply.body.data, reply.body.size);
+    test_reply_clear(&reply);
+    return digest;
+}
+
+static void errors_in_scenes_name_file_line_and_column(void **state)
+{
+    test_server *server = *state;
+    server->worker = PMWORKER;
+    test_server_start_plain(server);
+    test_reply reply = test_post(server, "/v1/scenes",
+                                 "{\"text\": \"void light on 0 0 3 1 1 1\\n\\non sphere s 0 0 "
+                                 "4 0 0 zero 1\\n\", \"main\": \"a.rad\"}");
+    assert_int_equal(reply.status, 422);
+    assert_string_equal(pm_json_get_text(reply.json, "file", ""), "a.rad");
+    assert_int_equal(pm_json_get_integer(reply.json, "line", 0), 3);
+    assert_int_equal(pm_json_get_integer(reply.json, "column", 0), 21);
+    test_reply_clear(&reply);
+}
+
+#define MAPS "\"global\": {\"count\": 20000}, \"caustic\": {\"count\": 5000}"
+
+static void a_second_view_traces_no_photon(void **state)
+{
+    test_server *server = *state;
+    char scene[65];
+    start(server, scene);
+    pm_json *a = run(server,
+                     "{\"kind\": \"render\", \"scene\": \"%s\", " MAPS
+                     ", \"passes\": 2, \"x\": 16, \"y\": 16, \"ab\": -1, \"view\": \"-vp 0 -.9 "
+                     "1 -vd 0 1 0\"}",
+                     scene);
+    assert_string_equal(pm_json_get_text(a, "cache", ""), "miss");
+    assert_int_equal(pm_json_get_integer(a, "passes", 0), 2);
+    assert_int_equal(pm_json_get_integer(a, "nonfinite", -1), 0);
+    pm_json *b = run(server,
+                     "{\"kind\": \"render\", \"scene\": \"%s\", " MAPS
+                     ", \"passes\": 2, \"x\": 16, \"y\": 16, \"ab\": -1, \"view\": \"-vp .9 0 "
+                     "1 -vd -1 0 0\"}",
+                     scene);
+    assert_string_equal(pm_json_get_text(b, "cache", ""), "hit");
+    const pm_json *maps = pm_json_get(b, "maps");
+    for (size_t i = 0; i < pm_json_length(maps); i++)
+        assert_int_equal(pm_json_get_integer(pm_json_at(maps, i), "paths_traced", -1), 0);
+    pm_json_free(a);
+    pm_json_free(b);
+}
+
+/* The map's file comes from a worker that reads the stored batches; it is the file that a map
+ * job would have made, byte for byte, and so is its copy after a restart. */
+static void a_maps_file_is_made_on_demand_and_is_always_the_same(void **state)
+{
+    test_server *server = *state;
+    char scene[65], path[160];
+    start(server, scene);
+    pm_json *job = run(
+        server,
+        "{\"kind\": \"render\", \"scene\": \"%s\", \"global\": {\"count\": 20000}, "
+        "\"passes\": 1, \"x\": 4, \"y\": 4, \"ab\": -1, \"view\": \"-vp 0 -.9 1 -vd 0 1 0\"}",
+        scene);
+    const pm_json *map = pm_json_at(pm_json_get(job, "maps"), 0);
+    snprintf(path, sizeof path, "/v1/maps/%s/photons", pm_json_get_text(map, "key", ""));
+    pm_digest first = fetch_digest(server, path), second = fetch_digest(server, path);
+    assert_true(pm_digest_equal(&first, &second));
+    pm_json_free(job);
+    job = run(server, "{\"kind\": \"map\", \"scene\": \"%s\", \"global\": {\"count\": 20000}}",
+              scene);
+    assert_string_equal(pm_json_get_text(job, "cache", ""), "hit");
+    const pm_json *result = pm_json_at(pm_json_get(job, "result"), 0);
+    assert_string_equal(pm_json_get_text(result, "name", ""), "global");
+    pm_digest third = fetch_digest(server, pm_json_get_text(result, "url", ""));
+    assert_true(pm_digest_equal(&first, &third));
+    pm_json_free(job);
+}
+
+/* In a closed box all power ends in the walls: mean irradiance on walls and ball is far from
+ * zero, and a sensor under the lamp sees more than one at the wall's foot. Exact numbers are
+ * tests/physics' part. */
+static void sensors_see_the_lamp(void **state)
+{
+    test_server *server = *state;
+    char scene[65], points[65], body[512];
+    static const char text[] = "0 0 .01 0 0 1\n.9 -.9 .01 0 0 1\n0 0 .01 0 0 -1\n";
+    start(server, scene);
+    test_put(server, text, strlen(text), points);
+    snprintf(body, sizeof body,
+             "{\"kind\": \"trace\", \"scene\": \"%%s\", \"points\": \"%s\", \"passes\": 16}",
+             points);
+    pm_json *job = run(server, body, scene);
+    test_reply reply = test_get(
+        server, pm_json_get_text(pm_json_at(pm_json_get(job, "result"), 0), "url", ""));
+    double up[3], foot[3], down[3], w[3];
+    pm_bytes_u8(&reply.body, 0);
+    assert_int_equal(sscanf((char *)reply.body.data,
+                            "%lf %lf %lf %lf %lf %lf %lf %lf %lf %*f %*f %*f %lf %lf %lf",
+                            &up[0], &up[1], &up[2], &w[0], &w[1], &w[2], &foot[0], &foot[1],
+                            &foot[2], &down[0], &down[1], &down[2]),
+                     12);
+    assert_true(up[0] > foot[0] && foot[0] > 0);
+    assert_true(w[0] > 0 && w[0] < up[0]);
+    assert_true(down[0] < foot[0]); /* a hair above the floor, looking down */
+    test_reply_clear(&reply);
+    pm_json_free(job);
+}
+
+static void a_map_of_another_scene_is_refused(void **state)
+{
+    test_server *server = *state;
+    char scene[65], other[65], body[512], id[32];
+    start(server, scene);
+    pm_json *job = run(
+        server, "{\"kind\": \"map\", \"scene\": \"%s\", \"global\": {\"count\": 1000}}", scene);
+    const char *map = pm_json_get_text(pm_json_at(pm_json_get(job, "result"), 0), "digest", "");
+    test_scene(server, "void light on 0 0 3 1 1 1\\non sphere s 0 0 4 0 0 0 1\\n", other);
+    snprintf(body, sizeof body,
+             "{\"kind\": \"render\", \"scene\": \"%%s\", \"global\": {\"map\": \"%s\"}}", map);
+    test_job(server, body, other, id);
+    pm_json *refused = test_finish(server, id);
+    assert_string_equal(pm_json_get_text(refused, "state", ""), "failed");
+    assert_non_null(strstr(pm_json_get_text(pm_json_get(refused, "problem"), "detail", ""),
+                           "another scene"));
+    assert_int_equal(pm_json_get_integer(pm_json_get(refused, "problem"), "status", 0), 422);
+    pm_json_free(refused);
+    pm_json_free(job);
+}
+
+#define TEST(name)                                                                             \
+    cmocka_unit_test_setup_teardown(name, test_server_setup, test_server_teardown)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(errors_in_scenes_name_file_line_and_column),
+        TEST(a_second_view_traces_no_photon),
+        TEST(a_maps_file_is_made_on_demand_and_is_always_the_same),
+        TEST(sensors_see_the_lamp),
+        TEST(a_map_of_another_scene_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
