@@ -72,7 +72,7 @@ static void errors_in_scenes_name_file_line_and_column(void **state)
     assert_int_equal(reply.status, 422);
     assert_string_equal(pm_json_get_text(reply.json, "file", ""), "a.rad");
     assert_int_equal(pm_json_get_integer(reply.json, "line", 0), 3);
-    assert_int_equal(pm_json_get_integer(reply.json, "column", 0), 21);
+    assert_int_equal(pm_json_get_integer(reply.json, "column", 0), 23);
     test_reply_clear(&reply);
 }
 
