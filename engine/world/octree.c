@@ -5,9 +5,10 @@
 
 #include "base/bytes.h"
 
-enum { LEAF_SURFACES = 6, MAX_DEPTH = 14, MAX_STALLED = 3 };
+enum { LEAF_SURFACES = 6, MAX_DEPTH = 14, MOST_ENTRIES = 1024 };
 
-/* Sets of surfaces, one behind the other: a node's set, then its child's, and so on down. */
+/* Sets of surfaces, one behind the other: a node's set, then those of its children, and so on
+ * down. */
 struct builder {
     pm_world *world;
     uint32_t *set;
@@ -22,8 +23,10 @@ struct builder {
 struct cell {
     pm_vec3 center;
     double half;
-    size_t first, count; /* in builder.set */
-    int depth, stalled;
+    size_t first, count; /* its set in builder.set */
+    size_t free;         /* from here on there is room for its children's sets */
+    int depth;
+    double entries; /* that the sets below it may have in all */
 };
 
 static bool reserve(struct builder *b, size_t end)
@@ -65,43 +68,59 @@ static uint8_t octants_of(const struct pm_shape *s, pm_vec3 c)
     return (uint8_t)(x & y & z);
 }
 
-/* Child number `octant`, its set behind that of its parent. */
-static struct cell make_child(struct builder *b, const struct cell *parent, int octant)
+/* Child number `octant`, its set from `first` on. */
+static struct cell make_child(struct builder *b, const struct cell *parent, int octant,
+                              size_t first)
 {
     double half = parent->half / 2;
     pm_vec3 offset = {octant & 1 ? half : -half, octant & 2 ? half : -half,
                       octant & 4 ? half : -half};
     struct cell child = {.center = pm_vec3_add(parent->center, offset),
                          .half = half,
-                         .first = parent->first + parent->count,
+                         .first = first,
                          .depth = parent->depth + 1};
-    if (!reserve(b, child.first + parent->count))
-        return child;
-    for (size_t i = 0; i < parent->count; i++) {
-        uint32_t shape = b->set[parent->first + i];
-        if (b->octants[parent->first + i] >> octant & 1 &&
-            pm_shape_meets_cube(&b->world->shapes[shape], child.center, child.half))
-            b->set[child.first + child.count++] = shape;
-    }
-    child.stalled = child.count == parent->count ? parent->stalled + 1 : 0;
+    for (size_t i = parent->first; i < parent->first + parent->count; i++)
+        if (b->octants[i] >> octant & 1 &&
+            pm_shape_meets_cube(&b->world->shapes[b->set[i]], child.center, child.half))
+            b->set[child.first + child.count++] = b->set[i];
     return child;
+}
+
+/* Cuts a cell into eight. False if it is to stay a leaf. */
+static bool cut(struct builder *b, const struct cell *cell, struct cell children[8])
+{
+    size_t end = cell->first + cell->count, entries = 0;
+    if (cell->count <= LEAF_SURFACES || cell->depth >= MAX_DEPTH ||
+        !reserve(b, cell->free + 8 * cell->count))
+        return false;
+    for (size_t i = cell->first; i < end; i++)
+        b->octants[i] = octants_of(&b->world->shapes[b->set[i]], cell->center);
+    for (int octant = 0; octant < 8; octant++) {
+        children[octant] = make_child(b, cell, octant, cell->free + entries);
+        entries += children[octant].count;
+    }
+    if ((double)entries > cell->entries)
+        return false;
+    for (int octant = 0; octant < 8; octant++) {
+        children[octant].free = cell->free + entries;
+        children[octant].entries = (cell->entries - (double)entries) *
+                                   ((double)children[octant].count / (double)entries);
+    }
+    return true;
 }
 
 static pm_digest node_digest(struct builder *b, const struct cell *cell)
 {
+    struct cell children[8];
     b->nodes++;
     if (cell->count == 0)
         return b->empty;
-    if (b->failed || cell->count <= LEAF_SURFACES || cell->depth >= MAX_DEPTH ||
-        cell->stalled >= MAX_STALLED)
+    if (!cut(b, cell, children))
         return leaf_digest(b, cell);
-    for (size_t i = cell->first; i < cell->first + cell->count; i++)
-        b->octants[i] = octants_of(&b->world->shapes[b->set[i]], cell->center);
     uint8_t bytes[1 + 8 * sizeof(pm_digest)] = {'N'};
-    for (int octant = 0; octant < 8; octant++) {
-        struct cell child = make_child(b, cell, octant);
-        pm_digest digest = node_digest(b, &child);
-        memcpy(bytes + 1 + (size_t)octant * sizeof digest, digest.bytes, sizeof digest);
+    for (size_t octant = 0; octant < 8; octant++) {
+        pm_digest digest = node_digest(b, &children[octant]);
+        memcpy(bytes + 1 + octant * sizeof digest, digest.bytes, sizeof digest);
     }
     return pm_digest_of(bytes, sizeof bytes);
 }
@@ -126,7 +145,8 @@ static pm_digest root_digest(struct builder *b, const pm_digest *top)
 pm_status pm_octree_build(pm_world *world, pm_error *err)
 {
     struct builder b = {.world = world};
-    struct cell top = {.half = 1, .count = world->shape_count};
+    struct cell top = {.half = 1, .count = world->shape_count, .free = world->shape_count};
+    top.entries = MOST_ENTRIES * (double)top.count;
     if (reserve(&b, top.count)) {
         for (uint32_t i = 0; i < world->shape_count; i++)
             b.set[i] = i;

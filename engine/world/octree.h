@@ -4,12 +4,14 @@
 #include "world/world_internal.h"
 
 /* The Merkle tree over the world's cube, divided as Radiance's oconv divides: a cube that meets
- * more than 6 surfaces (-n) is cut into eight, down to 1/2^14 of the edge (-r). It stops three
- * levels below a cube that holds the same set of surfaces, since those cannot be parted
- * (coincident polygons, an edge that many share). leaf  SHA-256('L', digests of the surfaces
- * that it meets, ascending) node  SHA-256('N', digests of its eight children, x fastest, then
- * y, then z) root  SHA-256("photon map scene 1", cube, top node, digests of distant sources,
- * ascending) Sets world->hash and world->octree_nodes. Tests: digest_* in test_octree.c. */
+ * more than 6 surfaces (-n) is cut into eight, down to 1/2^14 of the edge (-r). Large surfaces
+ * that cross each other everywhere, or coincide, would be cut without end: the sets of all
+ * nodes together have at most 1024 entries for each surface, shared out on the way down in
+ * proportion to what the cubes hold, so that the division of a cube depends only on what lies
+ * in it and in those above. leaf  SHA-256('L', digests of the surfaces that it meets,
+ * ascending) node  SHA-256('N', digests of its eight children, x fastest, then y, then z) root
+ * SHA-256("photon map scene 1", cube, top node, digests of distant sources, ascending) Sets
+ * world->hash and world->octree_nodes. Tests: test_octree.c. */
 PM_MUST_USE pm_status pm_octree_build(pm_world *world, pm_error *err);
 
 #endif
