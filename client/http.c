@@ -6,12 +6,14 @@
 
 #include <curl/curl.h>
 
+#include "interrupt.h"
+
 struct pm_http {
     CURL *curl;
     char *url;
     char *unix_path;
     char *token;
-    const volatile int *interrupted;
+    int patience; /* signals that end waiting */
 };
 
 /* One request on its way. */
@@ -35,6 +37,7 @@ pm_http *pm_http_new(const char *url, const char *unix_path, const char *token)
     if (!http)
         return NULL;
     http->curl = curl_easy_init();
+    http->patience = 1;
     http->url = copy_text(url);
     http->unix_path = copy_text(unix_path);
     http->token = copy_text(token);
@@ -56,9 +59,14 @@ void pm_http_free(pm_http *http)
     free(http);
 }
 
-void pm_http_interrupted_by(pm_http *http, const volatile int *flag)
+void pm_http_set_patience(pm_http *http, int signals)
 {
-    http->interrupted = flag;
+    http->patience = signals;
+}
+
+static bool is_interrupted(const pm_http *http)
+{
+    return pm_interrupted >= http->patience;
 }
 
 static size_t give_body(char *to, size_t size, size_t count, void *context)
@@ -112,7 +120,7 @@ static int watch(void *context, curl_off_t a, curl_off_t b, curl_off_t c, curl_o
 {
     (void)a, (void)b, (void)c, (void)d;
     const struct exchange *exchange = context;
-    return exchange->http->interrupted && *exchange->http->interrupted;
+    return is_interrupted(exchange->http);
 }
 
 static struct curl_slist *add_header(struct curl_slist *list, const char *name,
@@ -175,7 +183,7 @@ static void set_up(pm_http *http, const char *method, const char *url,
 static pm_status explain(const pm_http *http, CURLcode code, const struct exchange *exchange,
                          const char *message, pm_error *err)
 {
-    if (code == CURLE_ABORTED_BY_CALLBACK && http->interrupted && *http->interrupted)
+    if (code == CURLE_ABORTED_BY_CALLBACK && is_interrupted(http))
         return pm_error_set(err, PM_E_CANCELLED, "interrupted");
     if (exchange->write_failed)
         return pm_error_set(err, PM_E_IO, "cannot write what the server sends: disk full?");

@@ -34,14 +34,15 @@ void pm_http_free(pm_http *http);
 
 /* Sends and receives. `into` (or NULL) gets the body of a 2xx answer instead of out->body.
  * PM_E_UNREACHABLE if the server cannot be reached or the connection breaks, PM_E_CANCELLED if
- * `interrupted` became true meanwhile; any HTTP status is PM_OK. Clear *out with
+ * a signal came meanwhile; any HTTP status is PM_OK. Clear *out with
  * pm_response_clear. */
 PM_MUST_USE pm_status pm_http_send(pm_http *http, const char *method, const char *path,
                                    const pm_http_body *body, FILE *into, pm_response *out,
                                    pm_error *err);
 void pm_response_clear(pm_response *response);
 
-/* A flag that ends waiting requests early; NULL for none. It outlives the pm_http. */
-void pm_http_interrupted_by(pm_http *http, const volatile int *flag);
+/* Waiting ends once pm_interrupted is at least `signals`: 1 at first, 2 for what must still be
+ * said after the first. */
+void pm_http_set_patience(pm_http *http, int signals);
 
 #endif

@@ -4,30 +4,37 @@
 #include <unistd.h>
 
 #include "job_request.h"
+#include "output.h"
 #include "progress.h"
 #include "session.h"
 
-static pm_status check(const pm_options *options, pm_error *err)
+static pm_status check_file(const pm_options *options, int kind, pm_error *err)
+{
+    const char *path = options->maps[kind].file;
+    for (int other = 0; other < kind; other++)
+        if (options->maps[other].given && !strcmp(options->maps[other].file, path))
+            return pm_error_set(err, PM_E_RANGE, "%s: is named for two maps; give each its own",
+                                path);
+    if (!options->overwrite && !access(path, F_OK))
+        return pm_error_set_at(err, PM_E_RANGE, path, 0, 0,
+                               "exists already; -fo overwrites it");
+    return pm_output_check(path, err);
+}
+
+pm_status pm_check_mkpmap(const pm_options *options, pm_error *err)
 {
     bool any = false;
-    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
-        const pm_map_option *map = &options->maps[kind];
-        if (!map->given)
-            continue;
-        any = true;
-        if (!options->overwrite && !access(map->file, F_OK))
-            return pm_error_set_at(err, PM_E_RANGE, map->file, 0, 0,
-                                   "exists already; -fo overwrites it");
-        for (int other = 0; other < kind; other++)
-            if (options->maps[other].given && !strcmp(options->maps[other].file, map->file))
-                return pm_error_set_at(err, PM_E_RANGE, map->file, 0, 0,
-                                       "is named for two maps; give each its own file");
+    pm_status st = PM_OK;
+    for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
+        any = any || options->maps[kind].given;
+        if (options->maps[kind].given)
+            st = check_file(options, kind, err);
     }
-    return any ? PM_OK
-               : pm_error_set(
-                     err, PM_E_MISSING,
-                     "no map asked for: -apg, -apc or -apv FILE N, e.g. -apg scene.gpm "
-                     "100k");
+    if (!st && !any)
+        st = pm_error_set(err, PM_E_MISSING,
+                          "no map asked for: -apg, -apc or -apv FILE N, e.g. -apg scene.gpm "
+                          "100k");
+    return st;
 }
 
 static const pm_json *find_named(const pm_json *list, const char *member, const char *name)
@@ -91,9 +98,7 @@ static pm_status run(pm_session *session, const pm_options *options, pm_error *e
 pm_status pm_verb_mkpmap(const pm_options *options, pm_error *err)
 {
     pm_session *session = NULL;
-    pm_status st = check(options, err);
-    if (!st)
-        st = pm_session_open(options, &session, err);
+    pm_status st = pm_session_open(options, &session, err);
     if (!st)
         st = run(session, options, err);
     pm_session_close(session);

@@ -2,8 +2,11 @@
 
 #include <errno.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "refusals.h"
 
 enum {
     RENDERING = PM_VERB_RENDER | PM_VERB_TRACE,
@@ -16,12 +19,17 @@ enum {
     ALL = ONLINE | PM_VERB_PMAPINFO,
 };
 
+struct option;
+
 /* Where reading stands. */
 struct words {
+    const struct option *entry; /* the option being read, if it is in the table */
     int argc;
     char **argv;
     int at;             /* the next word */
     const char *option; /* the one being read */
+    const char *value;  /* what stood behind its '=', until it is taken */
+    char name[32];      /* its name then */
     pm_options *out;
     pm_error *err;
 };
@@ -98,10 +106,11 @@ static pm_status bad(const struct words *words, const char *got, const char *rig
 
 static pm_status take_text(struct words *words, const char *what, const char **out)
 {
-    if (words->at >= words->argc)
+    if (!words->value && words->at >= words->argc)
         return pm_error_set(words->err, PM_E_MISSING, "%s: %s is missing behind it",
                             words->option, what);
-    *out = words->argv[words->at++];
+    *out = words->value ? words->value : words->argv[words->at++];
+    words->value = NULL;
     return PM_OK;
 }
 
@@ -346,171 +355,172 @@ static pm_status take_token_file(struct words *words)
     return take_text(words, "a file", &words->out->token_file);
 }
 
-static pm_status set_switch(struct words *words)
-{
-    pm_options *out = words->out;
-    const char *option = words->option;
-    if (!strcmp(option, "-fo"))
-        out->overwrite = true;
-    else if (!strcmp(option, "-fo-"))
-        out->overwrite = false;
-    else if (!strcmp(option, "-I") || !strcmp(option, "-I+"))
-        out->irradiance = true;
-    else if (!strcmp(option, "-I-"))
-        out->irradiance = false;
-    else if (!strcmp(option, "-h") || !strcmp(option, "-h-"))
-        out->no_header = true;
-    else if (!strcmp(option, "-h+"))
-        out->no_header = false;
-    else if (!strcmp(option, "--errors"))
-        out->errors = true;
-    else if (!strcmp(option, "-q"))
-        out->quiet = true;
-    else if (!strcmp(option, "-v"))
-        out->verbose = true;
-    else
-        out->help = true;
-    return PM_OK;
-}
-
 struct option {
     const char *name;
     unsigned verbs;
     const char *arguments;
     const char *doc;
     pm_status (*take)(struct words *words);
+    size_t offset; /* of a switch: its place in pm_options and what it sets there */
+    bool value;
 };
 
+#define SWITCH(member, to) set_switch, offsetof(pm_options, member), to
+#define TAKE(take)         take, 0, false
+
+static pm_status set_switch(struct words *words)
+{
+    const struct option *entry = words->entry;
+    *(bool *)((char *)words->out + entry->offset) = entry->value;
+    return PM_OK;
+}
+
+/* Says what is so in any case. */
+static pm_status confirm(struct words *words)
+{
+    (void)words;
+    return PM_OK;
+}
+
 static const struct option options[] = {
-    {"-apg", RENDERING, "N [K]", "global map of about N photons, K an estimate (40)", take_map},
-    {"-apc", RENDERING, "N [K]", "caustic map, likewise", take_map},
-    {"-apv", RENDERING, "N [K]", "volume map, likewise", take_map},
-    {"-apg", PM_VERB_MKPMAP, "FILE N", "write a global map of about N photons", take_map},
-    {"-apc", PM_VERB_MKPMAP, "FILE N", "write a caustic map", take_map},
-    {"-apv", PM_VERB_MKPMAP, "FILE N", "write a volume map", take_map},
+    {"-apg", RENDERING, "N [K]", "global map of about N photons, K an estimate (40)",
+     TAKE(take_map)},
+    {"-apc", RENDERING, "N [K]", "caustic map, likewise", TAKE(take_map)},
+    {"-apv", RENDERING, "N [K]", "volume map, likewise", TAKE(take_map)},
+    {"-apg", PM_VERB_MKPMAP, "FILE N", "write a global map of about N photons", TAKE(take_map)},
+    {"-apc", PM_VERB_MKPMAP, "FILE N", "write a caustic map", TAKE(take_map)},
+    {"-apv", PM_VERB_MKPMAP, "FILE N", "write a volume map", TAKE(take_map)},
     {"-apg", RADIANCE, "FILE [K]", "global map from a file, K photons an estimate (40)",
-     take_map},
-    {"-apc", RADIANCE, "FILE [K]", "caustic map from a file", take_map},
-    {"-apv", RADIANCE, "FILE [K]", "volume map from a file", take_map},
+     TAKE(take_map)},
+    {"-apc", RADIANCE, "FILE [K]", "caustic map from a file", TAKE(take_map)},
+    {"-apv", RADIANCE, "FILE [K]", "volume map from a file", TAKE(take_map)},
     {"-ap", RADIANCE, "FILE [K]", "a map from a file, of whatever kind it is",
-     take_detected_map},
+     TAKE(take_detected_map)},
     {"-ab", LOOKING, "N",
-     "> 0: final gather into the global map; < 0: the map at the first surface; 0: no indirect "
-     "light but caustics",
-     take_bounces},
-    {"--vf", PICTURES, "FILE", "view file", take_view_file},
-    {"-vf", PICTURES, "FILE", "the same", take_view_file},
-    {"-vp", PICTURES, "X Y Z", "view point (0 0 0)", take_vector},
-    {"-vd", PICTURES, "X Y Z", "view direction (0 1 0)", take_vector},
-    {"-vu", PICTURES, "X Y Z", "up (0 0 1)", take_vector},
-    {"-vh", PICTURES, "DEGREES", "horizontal angle of view (45)", take_angle},
-    {"-vv", PICTURES, "DEGREES", "vertical angle of view (45)", take_angle},
-    {"-vtv", PICTURES, "", "perspective view, the only type offered", take_other_view},
-    {"-vs", PICTURES, "0", "shift, 0 only", take_other_view},
-    {"-vl", PICTURES, "0", "lift, 0 only", take_other_view},
-    {"-vo", PICTURES, "0", "fore clipping, 0 only", take_other_view},
-    {"-va", PICTURES, "0", "aft clipping, 0 only", take_other_view},
-    {"-x", PICTURES, "N", "greatest width in pixels (512)", take_size},
-    {"-y", PICTURES, "N", "greatest height in pixels (512)", take_size},
+     "> 0: final gather into the global map; < 0: that map itself; 0: caustics alone",
+     TAKE(take_bounces)},
+    {"--vf", PICTURES, "FILE", "view file", TAKE(take_view_file)},
+    {"-vf", PICTURES, "FILE", "the same", TAKE(take_view_file)},
+    {"-vp", PICTURES, "X Y Z", "view point (0 0 0)", TAKE(take_vector)},
+    {"-vd", PICTURES, "X Y Z", "view direction (0 1 0)", TAKE(take_vector)},
+    {"-vu", PICTURES, "X Y Z", "up (0 0 1)", TAKE(take_vector)},
+    {"-vh", PICTURES, "DEGREES", "horizontal angle of view (45)", TAKE(take_angle)},
+    {"-vv", PICTURES, "DEGREES", "vertical angle of view (45)", TAKE(take_angle)},
+    {"-vtv", PICTURES, "", "perspective view, the only type offered", TAKE(take_other_view)},
+    {"-vs", PICTURES, "0", "shift, 0 only", TAKE(take_other_view)},
+    {"-vl", PICTURES, "0", "lift, 0 only", TAKE(take_other_view)},
+    {"-vo", PICTURES, "0", "fore clipping, 0 only", TAKE(take_other_view)},
+    {"-va", PICTURES, "0", "aft clipping, 0 only", TAKE(take_other_view)},
+    {"-x", PICTURES, "N", "greatest width in pixels (512)", TAKE(take_size)},
+    {"-y", PICTURES, "N", "greatest height in pixels (512)", TAKE(take_size)},
     {"-pa", PICTURES, "1|0", "1: square pixels within -x by -y; 0: exactly -x by -y (1)",
-     take_aspect},
-    {"--passes", LOOKING, "N", "stop after N passes", take_passes},
-    {"--time", LOOKING, "TIME", "stop after so long, e.g. 30s, 5m", take_time},
-    {"--error", LOOKING, "ERROR", "stop at this estimated relative error, e.g. 2%", take_error},
-    {"-apr", WORKING, "SEED", "seed; equal seeds give equal bytes (0)", take_seed},
-    {"-apm", WORKING, "N", "most scatterings on a photon's path (5000)", take_max_events},
-    {"-lr", PM_VERB_MKPMAP, "N", "the same", take_max_events},
+     TAKE(take_aspect)},
+    {"--passes", LOOKING, "N", "stop after N passes", TAKE(take_passes)},
+    {"--time", LOOKING, "TIME", "stop after so long, e.g. 30s, 5m", TAKE(take_time)},
+    {"--error", LOOKING, "ERROR", "stop at this estimated relative error, e.g. 2%",
+     TAKE(take_error)},
+    {"-apr", WORKING, "SEED", "seed; equal seeds give equal bytes (0)", TAKE(take_seed)},
+    {"-apm", WORKING, "N", "most scatterings on a photon's path (5000)", TAKE(take_max_events)},
+    {"-lr", PM_VERB_MKPMAP, "N", "the same", TAKE(take_max_events)},
     {"-n", WORKING, "N", "threads; the answer does not depend on it (0: one a processor)",
-     take_threads},
-    {"-t", WORKING, "SECONDS", "report progress as lines every so often", take_interval},
-    {"-fo", PM_VERB_MKPMAP, "", "overwrite files that exist", set_switch},
-    {"-fo-", PM_VERB_MKPMAP, "", "refuse to (the default)", set_switch},
+     TAKE(take_threads)},
+    {"-t", WORKING, "SECONDS", "report progress as lines every so often", TAKE(take_interval)},
+    {"-fo", PM_VERB_MKPMAP, "", "overwrite files that exist", SWITCH(overwrite, true)},
+    {"-fo+", PM_VERB_MKPMAP, "", "the same", SWITCH(overwrite, true)},
+    {"-fo-", PM_VERB_MKPMAP, "", "refuse to (the default)", SWITCH(overwrite, false)},
     {"-I", PM_VERB_RTRACE, "", "irradiance at points, instead of radiance along rays",
-     set_switch},
-    {"-I+", PM_VERB_RTRACE, "", "the same", set_switch},
-    {"-I-", PM_VERB_RTRACE, "", "radiance along rays (the default)", set_switch},
-    {"-h", PM_VERB_RTRACE, "", "no header before the values", set_switch},
-    {"-h-", PM_VERB_RTRACE, "", "the same", set_switch},
-    {"-h+", PM_VERB_RTRACE, "", "a header (the default)", set_switch},
+     SWITCH(irradiance, true)},
+    {"-I+", PM_VERB_RTRACE, "", "the same", SWITCH(irradiance, true)},
+    {"-I-", PM_VERB_RTRACE, "", "radiance along rays (the default)", SWITCH(irradiance, false)},
+    {"-h", PM_VERB_RTRACE, "", "no header before the values", SWITCH(no_header, true)},
+    {"-h-", PM_VERB_RTRACE, "", "the same", SWITCH(no_header, true)},
+    {"-h+", PM_VERB_RTRACE, "", "a header (the default)", SWITCH(no_header, false)},
+    {"-w", RADIANCE, "", "no notes on standard error, errors only", SWITCH(quiet, true)},
+    {"-w-", RADIANCE, "", "the same", SWITCH(quiet, true)},
+    {"-w+", RADIANCE, "", "notes (the default)", SWITCH(quiet, false)},
+    {"-ov", PM_VERB_RTRACE, "", "print values (always so)", TAKE(confirm)},
+    {"-fa", PM_VERB_RTRACE, "", "read and print text (always so)", TAKE(confirm)},
+    {"-faa", PM_VERB_RTRACE, "", "the same", TAKE(confirm)},
     {"--errors", POINTS, "", "three more columns: half-widths of the 95 % intervals",
-     set_switch},
+     SWITCH(errors, true)},
     {"-o", PM_VERB_RENDER | PM_VERB_MAP, "FILE",
-     "where to write: .exr, .hdr or .png by its ending; may be repeated", take_output},
+     "where to write: .exr, .hdr or .png by its ending; may be repeated", TAKE(take_output)},
     {"--server", ONLINE, "URL", "a running server (PM_SERVER); without one, a private one",
-     take_server},
+     TAKE(take_server)},
     {"--token-file", ONLINE, "FILE", "bearer token of the server (PM_TOKEN_FILE)",
-     take_token_file},
-    {"-q", ALL, "", "errors only", set_switch},
-    {"-v", ALL, "", "say more", set_switch},
-    {"--help", ALL, "", "this text", set_switch},
+     TAKE(take_token_file)},
+    {"--json", PM_VERB_SCENE | PM_VERB_MAP | PM_VERB_JOB, "",
+     "the server's document as it came", SWITCH(json, true)},
+    {"-q", ALL, "", "errors only; lists without their headings", SWITCH(quiet, true)},
+    {"-v", ALL, "", "say more", SWITCH(verbose, true)},
+    {"--help", ALL, "", "this text", SWITCH(help, true)},
 };
 
 enum { OPTIONS = sizeof options / sizeof *options };
 
-/* Options of Radiance's programs that have no meaning here, by their first letters, and why. */
-static const struct {
-    const char *prefix, *reason;
-} refused[] = {
-    {"-apcb", "bias compensation is not offered yet; use -apc with one number of photons"},
-    {"-app", "precomputed photons are not offered yet; use -apg"},
-    {"-apf", "precomputed photons are not offered yet; use -apg"},
-    {"-apP", "precomputed photons are not offered yet; use -apg"},
-    {"-apd", "direct maps are not offered: direct light comes from next events"},
-    {"-apC", "contribution maps are not offered"},
-    {"-apD", "there is no prepass to set: maps grow until they hold the number wanted"},
-    {"-apM", "there is no prepass to repeat: maps grow until they hold the number wanted"},
-    {"-apo", "photon ports are not offered yet"},
-    {"-apO", "photon ports are not offered yet"},
-    {"-aps", "photon sensors are not offered yet"},
-    {"-apS", "photon sensors are not offered yet"},
-    {"-api", "regions of interest are not offered yet"},
-    {"-apI", "regions of interest are not offered yet"},
-    {"-am", "the search radius needs no bound here"},
-    {"-aa", "there is no irradiance cache here: gather rays are traced each time"},
-    {"-ar", "there is no irradiance cache here: gather rays are traced each time"},
-    {"-ad", "samples are set by --passes, --time or --error"},
-    {"-as", "samples are set by --passes, --time or --error"},
-    {"-av", "ambient light is computed here, not assumed; leave it out"},
-    {"-aw", "ambient light is computed here, not assumed; leave it out"},
-    {"-d", "lights are sampled a point a pass, so there is nothing to partition or jitter"},
-    {"-st", "specular light is always sampled here"},
-    {"-ss", "specular light is always sampled here"},
-    {"-lr", "walks end by roulette, without bias; there is no limit to set"},
-    {"-lw", "walks end by roulette, without bias; there is no limit to set"},
-    {"-m", "a global medium is not offered yet; use a mist around the scene"},
-    {"-bv", "back faces are always visible here"},
-    {"-i", "use rtrace -I"},
-    {"-f", "values are text here"},
-    {"-e", "messages go to standard error; use a shell's 2>"},
-    {"-ld", "rays have no greatest length here"},
-};
+static const char *closest_option(const struct words *words)
+{
+    const char *names[OPTIONS];
+    size_t count = 0;
+    for (size_t i = 0; i < OPTIONS; i++)
+        if (options[i].verbs & words->out->verb)
+            names[count++] = options[i].name;
+    return pm_closest(words->option, names, count);
+}
 
 static pm_status refuse(struct words *words)
 {
-    const char *option = words->option;
-    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++)
-        if (!strncmp(option, refused[i].prefix, strlen(refused[i].prefix)))
-            return pm_error_set(words->err, PM_E_UNSUPPORTED, "%s: %s", option,
-                                refused[i].reason);
+    const char *option = words->option,
+               *reason = pm_refusal_of(words->out->verb, words->option);
+    if (reason)
+        return pm_error_set(words->err, PM_E_UNSUPPORTED, "%s: %s", option, reason);
     for (size_t i = 0; i < OPTIONS; i++)
         if (!strcmp(option, options[i].name))
             return pm_error_set(words->err, PM_E_UNSUPPORTED,
                                 "%s: has no meaning here; --help lists what has", option);
+    const char *closest = closest_option(words);
+    if (closest)
+        return pm_error_set(words->err, PM_E_UNSUPPORTED,
+                            "%s: unknown option; did you mean %s?", option, closest);
     return pm_error_set(words->err, PM_E_UNSUPPORTED, "%s: unknown option; --help lists them",
                         option);
 }
 
+/* --time=30s is --time 30s. */
+static void split_at_equals(struct words *words)
+{
+    const char *equals = strchr(words->option, '=');
+    if (strncmp(words->option, "--", 2) || !equals ||
+        (size_t)(equals - words->option) >= sizeof words->name)
+        return;
+    snprintf(words->name, sizeof words->name, "%.*s", (int)(equals - words->option),
+             words->option);
+    words->option = words->name;
+    words->value = equals + 1;
+}
+
 static pm_status take_option(struct words *words)
 {
-    for (size_t i = 0; i < OPTIONS; i++)
-        if ((options[i].verbs & words->out->verb) && !strcmp(options[i].name, words->option))
-            return options[i].take(words);
+    split_at_equals(words);
+    for (size_t i = 0; i < OPTIONS; i++) {
+        if (!(options[i].verbs & words->out->verb) || strcmp(options[i].name, words->option))
+            continue;
+        words->entry = &options[i];
+        pm_status st = options[i].take(words);
+        if (!st && words->value)
+            return pm_error_set(words->err, PM_E_RANGE, "%s: takes no value", words->option);
+        return st;
+    }
     return refuse(words);
 }
 
 static pm_status take_operand(struct words *words)
 {
     pm_options *out = words->out;
+    if (words->option[0] == '@')
+        return pm_error_set(words->err, PM_E_UNSUPPORTED,
+                            "%s: options are not read from a file; say $(cat %s)",
+                            words->option, words->option + 1);
     if (out->operand_count == sizeof out->operands / sizeof *out->operands)
         return pm_error_set(words->err, PM_E_RANGE, "%s: too many files", words->option);
     out->operands[out->operand_count++] = words->option;

@@ -59,6 +59,7 @@ typedef struct pm_options {
     bool irradiance;                     /* rtrace -I */
     bool no_header;                      /* rtrace -h */
     bool errors;                         /* trace --errors */
+    bool json;                           /* scene, map, job --json */
     const char *outputs[PM_OUTPUTS_MAX]; /* -o */
     unsigned output_count;
 } pm_options;

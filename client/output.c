@@ -11,6 +11,23 @@ static pm_status system_error(pm_error *err, const char *path, const char *what)
     return pm_error_set_at(err, PM_E_IO, path, 0, 0, "%s: %s", what, strerror(errno));
 }
 
+pm_status pm_output_check(const char *path, pm_error *err)
+{
+    struct stat about;
+    char folder[sizeof((pm_output *)NULL)->path];
+    if (!strcmp(path, "-"))
+        return PM_OK;
+    if (strlen(path) >= sizeof folder)
+        return pm_error_set_at(err, PM_E_RANGE, path, 0, 0, "is too long a name");
+    if (!*path || (!stat(path, &about) && S_ISDIR(about.st_mode)))
+        return pm_error_set_at(err, PM_E_IO, *path ? path : "\"\"", 0, 0,
+                               "cannot be written: it must be the name of a file");
+    const char *slash = strrchr(path, '/');
+    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash + 1 - path) : 1,
+             slash ? path : ".");
+    return access(folder, W_OK | X_OK) ? system_error(err, path, "cannot be written") : PM_OK;
+}
+
 pm_status pm_output_open(pm_output *output, const char *path, pm_error *err)
 {
     *output = (pm_output){0};

@@ -13,6 +13,9 @@ typedef struct pm_output {
     char temporary[4128]; /* "" for standard output */
 } pm_output;
 
+/* Whether a file could be written there, so that a long job need not find out at its end. */
+PM_MUST_USE pm_status pm_output_check(const char *path, pm_error *err);
+
 PM_MUST_USE pm_status pm_output_open(pm_output *output, const char *path, pm_error *err);
 
 /* Makes it last (fsync) and visible. On failure, a full disk included, nothing is left. */

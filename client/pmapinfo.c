@@ -42,6 +42,13 @@ static pm_status info(const char *path, pm_error *err)
     return st;
 }
 
+pm_status pm_check_pmapinfo(const pm_options *options, pm_error *err)
+{
+    if (options->operand_count)
+        return PM_OK;
+    return pm_error_set(err, PM_E_MISSING, "a map's file is missing: pmapinfo FILE...");
+}
+
 pm_status pm_verb_pmapinfo(const pm_options *options, pm_error *err)
 {
     pm_status st = PM_OK;

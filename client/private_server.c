@@ -13,6 +13,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "interrupt.h"
+
 struct pm_private_server {
     char store[PATH_MAX];
     char lease_path[PATH_MAX + 8];
@@ -72,9 +74,11 @@ static int open_lock(const char *path, int operation)
     int failed;
     do {
         failed = flock(file, operation);
-    } while (failed && errno == EINTR);
+    } while (failed && errno == EINTR && !pm_interrupted);
     if (failed) {
+        int why = errno;
         close(file);
+        errno = why;
         return -1;
     }
     return file;
@@ -86,7 +90,7 @@ static bool answers(const char *path)
     int file = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (file < 0)
         return false;
-    snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
+    memcpy(address.sun_path, path, strlen(path)); /* name_files saw that it fits */
     bool connected = !connect(file, (const struct sockaddr *)&address, sizeof address);
     close(file);
     return connected;
@@ -127,7 +131,7 @@ static bool wait_until_ready(int ready)
     size_t used = 0;
     while (used < sizeof text - 1) {
         ssize_t got = read(ready, text + used, sizeof text - 1 - used);
-        if (got < 0 && errno == EINTR)
+        if (got < 0 && errno == EINTR && !pm_interrupted)
             continue;
         if (got <= 0)
             return false;
@@ -216,7 +220,8 @@ void pm_private_server_close(pm_private_server *server)
         return;
     if (server->lease >= 0)
         close(server->lease);
-    while (server->child > 0 && waitpid(server->child, NULL, 0) < 0 && errno == EINTR)
-        ;
+    /* A signal ends this: others may be using the server for long. */
+    if (server->child > 0)
+        (void)!waitpid(server->child, NULL, 0);
     free(server);
 }

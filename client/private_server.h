@@ -22,7 +22,7 @@ PM_MUST_USE pm_status pm_private_server_open(pm_private_server **out, pm_error *
 const char *pm_private_server_socket(const pm_private_server *server);
 
 /* Gives the lease back; if this process started the server, waits for it, so that its CPU time
- * counts as ours. */
+ * counts as ours. A signal ends the waiting. */
 void pm_private_server_close(pm_private_server *server);
 
 #endif

@@ -76,13 +76,17 @@ void pm_progress_display_end(pm_progress_display *display)
     display->drawn = false;
 }
 
-static void print_left_out(const pm_json *plan)
+/* Of the passes that the user asked for; with no map named, of all of them. */
+static void print_left_out(const pm_options *options, const pm_json *plan)
 {
-    for (size_t i = 0; i < pm_json_length(plan); i++) {
+    bool any = false;
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        any = any || options->maps[kind].given;
+    for (size_t i = 0; i < pm_json_length(plan) && i < PM_MAP_KINDS; i++) {
         const pm_json *pass = pm_json_at(plan, i);
-        if (!pm_json_get_bool(pass, "needed", true))
-            fprintf(stderr, "no %s map: %s\n", pm_json_get_text(pass, "pass", "?"),
-                    pm_json_get_text(pass, "reason", ""));
+        bool asked = options->maps[i].given || (!any && !options->detected_map);
+        if (asked && !pm_json_get_bool(pass, "needed", true))
+            fprintf(stderr, "%s\n", pm_json_get_text(pass, "reason", ""));
     }
 }
 
@@ -93,7 +97,7 @@ void pm_summary_print(const pm_options *options, const pm_json *job)
     const char *cache = pm_json_get_text(job, "cache", "none");
     if (strcmp(cache, "none"))
         fprintf(stderr, "cache: %s\n", cache);
-    print_left_out(pm_json_get(job, "plan"));
+    print_left_out(options, pm_json_get(job, "plan"));
     const pm_json *curve = pm_json_get(job, "curve");
     size_t points = pm_json_length(curve);
     for (size_t i = options->verbose || !points ? 0 : points - 1; i < points; i++) {

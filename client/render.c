@@ -5,34 +5,47 @@
 
 #include "job_request.h"
 #include "map_files.h"
+#include "output.h"
 #include "progress.h"
 #include "session.h"
 
 /* Where pictures go: the -o files, or for rpict standard output. */
-static pm_status wanted_formats(const pm_options *options, unsigned *formats, pm_error *err)
+static pm_status check_outputs(const pm_options *options, pm_error *err)
 {
-    *formats = 0;
-    if (options->verb == PM_VERB_RPICT) {
-        if (isatty(STDOUT_FILENO))
-            return pm_error_set(
-                err, PM_E_RANGE,
-                "rpict writes a Radiance picture to standard output, which is a "
-                "terminal: add `> picture.hdr`");
-        *formats = PM_WANT_HDR;
-        return PM_OK;
-    }
     if (!options->output_count)
         return pm_error_set(err, PM_E_MISSING,
                             "-o is missing: where to write the picture, e.g. -o picture.exr");
-    for (unsigned i = 0; i < options->output_count; i++) {
-        unsigned format = pm_format_of(options->outputs[i]);
-        if (!format)
-            return pm_error_set(err, PM_E_RANGE,
-                                "-o %s: the name must end in .exr, .hdr or .png",
-                                options->outputs[i]);
-        *formats |= format;
+    pm_status st = PM_OK;
+    for (unsigned i = 0; i < options->output_count && !st; i++) {
+        const char *path = options->outputs[i];
+        st = pm_format_of(path)
+                 ? pm_output_check(path, err)
+                 : pm_error_set(err, PM_E_RANGE,
+                                "-o %s: the name must end in .exr, .hdr or .png", path);
     }
+    return st;
+}
+
+pm_status pm_check_render(const pm_options *options, pm_error *err)
+{
+    pm_status st = pm_view_check(&options->view, err);
+    if (st)
+        return st;
+    if (options->verb == PM_VERB_RENDER)
+        return check_outputs(options, err);
+    if (isatty(STDOUT_FILENO))
+        return pm_error_set(err, PM_E_RANGE,
+                            "rpict writes a Radiance picture to standard output, which is a "
+                            "terminal: add `> picture.hdr`");
     return PM_OK;
+}
+
+static unsigned wanted_formats(const pm_options *options)
+{
+    unsigned formats = options->verb == PM_VERB_RPICT ? PM_WANT_HDR : 0;
+    for (unsigned i = 0; i < options->output_count; i++)
+        formats |= pm_format_of(options->outputs[i]);
+    return formats;
 }
 
 static const char *result_url(const pm_json *job, const char *format)
@@ -70,9 +83,9 @@ static pm_status fetch_pictures(pm_session *session, const pm_options *options,
     return st;
 }
 
-static pm_status run(pm_session *session, const pm_options *options, unsigned formats,
-                     pm_error *err)
+static pm_status run(pm_session *session, const pm_options *options, pm_error *err)
 {
+    unsigned formats = wanted_formats(options);
     pm_json *scene = NULL, *job = NULL;
     pm_attachments attachments = {0};
     pm_status st = pm_session_scene(session, options->operands[0], &scene, err);
@@ -96,14 +109,9 @@ static pm_status run(pm_session *session, const pm_options *options, unsigned fo
 pm_status pm_verb_render(const pm_options *options, pm_error *err)
 {
     pm_session *session = NULL;
-    unsigned formats;
-    pm_status st = wanted_formats(options, &formats, err);
+    pm_status st = pm_session_open(options, &session, err);
     if (!st)
-        st = pm_view_check(&options->view, err);
-    if (!st)
-        st = pm_session_open(options, &session, err);
-    if (!st)
-        st = run(session, options, formats, err);
+        st = run(session, options, err);
     pm_session_close(session);
     return st;
 }

@@ -8,12 +8,11 @@
 #include <unistd.h>
 
 #include "base/bytes.h"
+#include "interrupt.h"
 #include "output.h"
 #include "private_server.h"
 #include "progress.h"
 #include "scene/bundle.h"
-
-volatile int pm_interrupted;
 
 struct pm_session {
     const pm_options *options;
@@ -63,7 +62,6 @@ static pm_status connect_to(pm_session *session, pm_error *err)
     session->http = pm_http_new(url, socket, *token ? token : NULL);
     if (!session->http)
         return pm_error_set(err, PM_E_MEMORY, "no memory");
-    pm_http_interrupted_by(session->http, &pm_interrupted);
     return PM_OK;
 }
 
@@ -301,7 +299,7 @@ static void cancel(pm_session *session, const char *id)
     char path[256];
     pm_response response = {0};
     snprintf(path, sizeof path, "/v1/jobs/%s", id);
-    pm_http_interrupted_by(session->http, NULL);
+    pm_http_set_patience(session->http, 2);
     if (!pm_http_send(session->http, "DELETE", path, NULL, NULL, &response, NULL))
         pm_response_clear(&response);
 }

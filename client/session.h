@@ -14,9 +14,6 @@
 /* A conversation with the server: scenes and files go there, jobs run, answers come back. */
 typedef struct pm_session pm_session;
 
-/* Set by SIGINT and SIGTERM; waiting ends early and the running job is cancelled. */
-extern volatile int pm_interrupted;
-
 /* Connects to --server, or opens the private one. */
 PM_MUST_USE pm_status pm_session_open(const pm_options *options, pm_session **out,
                                       pm_error *err);

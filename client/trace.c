@@ -10,6 +10,14 @@
 #include "progress.h"
 #include "session.h"
 
+pm_status pm_check_trace(const pm_options *options, pm_error *err)
+{
+    if (strcmp(options->operands[0], "-") != 0)
+        return PM_OK;
+    return pm_error_set(err, PM_E_RANGE,
+                        "-: standard input brings the points, so the scene must be a file");
+}
+
 static pm_status read_points(pm_bytes *points, pm_error *err)
 {
     char buffer[1 << 16];

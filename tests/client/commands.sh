@@ -41,11 +41,11 @@ grep -v ball box.rad >plain.rad
 expect 0 "plain.cpm: " "$pm" mkpmap -apc plain.cpm 1k plain.rad
 expect 0 "Photons:      0" "$pm" pmapinfo plain.cpm
 
-key=$("$pm" map list | head -1 | cut -d ' ' -f 1)
+key=$("$pm" map list -q | sed -n '1s/ .*//p')
 expect 0 "$key" "$pm" map info "$key"
 expect 0 "" "$pm" map fetch "$key" -o fetched.map
 expect 0 "Kind:" "$pm" pmapinfo fetched.map
-job=$("$pm" job list | head -1 | cut -d ' ' -f 1)
+job=$("$pm" job list -q | sed -n '1s/ .*//p')
 expect 0 "$job" "$pm" job show "$job"
 
 # A scene on standard input, and !xform of a file beside it.

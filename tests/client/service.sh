@@ -51,9 +51,9 @@ while [ -z "$url" ]; do
     sleep 0.1
     url=$(sed -n 's/^listening on //p' server.txt)
 done
-"$pm" --server "$url" job list >jobs.txt
+"$pm" --server "$url" job list -q >jobs.txt
 grep -qE 'running|queued|failed|done' jobs.txt || fail "the job is lost: $(cat jobs.txt)"
-"$pm" --server "$url" map list >maps.txt
+"$pm" --server "$url" map list -q >maps.txt
 while read -r key rest; do
     "$pm" --server "$url" map fetch "$key" -o kept.map || fail "map $key cannot be fetched"
     "$pm" pmapinfo kept.map >/dev/null || fail "map $key is broken"
