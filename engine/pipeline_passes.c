@@ -8,8 +8,8 @@
 enum {
     NEAREST_PASSES = 16, /* samples a pixel of an N-nearest job that names no stop */
     RADIUS_PROBES = 256, /* photons that the first progressive radius is measured at */
-    GLOBAL_PROBE = 40,   /* photons within the first radius: diffuse indirect light is smooth */
-    CAUSTIC_PROBE = 12,  /* caustics have edges */
+    GLOBAL_PROBE = 20,   /* photons within the first radius */
+    CAUSTIC_PROBE = 12,
     VOLUME_PROBE = 24,
 };
 
@@ -65,18 +65,20 @@ static double radius_at(const pm_photon_map *map, const pm_photon *photon,
         .radius;
 }
 
-/* The median radius that holds `gather_count` photons, at photons evenly spread over the stored
- * order; of a map with fewer, the radius of those it has, widened. It depends on the map
- * alone, so every view of a scene uses the same radii. 0 of a map that holds none or one. */
+/* The radius that holds `gather_count` photons, measured at photons evenly spread over the
+ * stored order; of a map with fewer photons, the radius of those it has, widened. It depends on
+ * the map alone, so every view of a scene uses the same radii. Photons crowd where light is
+ * focused and are sparse where it is spread: the geometric mean of the quantiles `low` and 1/2
+ * keeps edges without starving the rest. 0 of a map that holds none or one. */
 static double probe_radius(const pm_photon_map *map, pm_photon_filter filter,
-                           uint32_t gather_count)
+                           uint32_t gather_count, double low)
 {
     double radii[RADIUS_PROBES];
     size_t probed = count_probed(map, filter), seen = 0, found = 0;
-    size_t probes = probed < RADIUS_PROBES ? probed : RADIUS_PROBES;
-    uint32_t held = probed > gather_count ? gather_count : (uint32_t)(probed - 1);
     if (probed < 2)
         return 0;
+    size_t probes = probed < RADIUS_PROBES ? probed : RADIUS_PROBES;
+    uint32_t held = probed > gather_count ? gather_count : (uint32_t)(probed - 1);
     for (size_t i = 0; found < probes && i < pm_photon_map_count(map); i++) {
         pm_photon photon;
         pm_photon_map_photon(map, i, &photon);
@@ -89,20 +91,21 @@ static double probe_radius(const pm_photon_map *map, pm_photon_filter filter,
     qsort(radii, found, sizeof *radii, by_size);
     bool volume = pm_photon_map_header(map)->kind == PM_MAP_VOLUME;
     double wider = pm_pow((double)gather_count / held, volume ? 1. / 3 : 1. / 2);
-    return wider * radii[found / 2];
+    return wider * sqrt(radii[(size_t)(low * (double)found)] * radii[found / 2]);
 }
 
 static void measure_radii(pm_photon_map *const maps[PM_MAP_KINDS], double first[PM_MAP_KINDS])
 {
     if (!first[PM_MAP_GLOBAL])
         first[PM_MAP_GLOBAL] =
-            probe_radius(maps[PM_MAP_GLOBAL], PM_PHOTONS_NOT_SPECULAR, GLOBAL_PROBE);
+            probe_radius(maps[PM_MAP_GLOBAL], PM_PHOTONS_NOT_SPECULAR, GLOBAL_PROBE, .5);
     const pm_photon_map *caustics =
         maps[PM_MAP_CAUSTIC] ? maps[PM_MAP_CAUSTIC] : maps[PM_MAP_GLOBAL];
     if (!first[PM_MAP_CAUSTIC])
-        first[PM_MAP_CAUSTIC] = probe_radius(caustics, PM_PHOTONS_SPECULAR, CAUSTIC_PROBE);
+        first[PM_MAP_CAUSTIC] = probe_radius(caustics, PM_PHOTONS_SPECULAR, CAUSTIC_PROBE, .1);
     if (!first[PM_MAP_VOLUME])
-        first[PM_MAP_VOLUME] = probe_radius(maps[PM_MAP_VOLUME], PM_PHOTONS_ALL, VOLUME_PROBE);
+        first[PM_MAP_VOLUME] =
+            probe_radius(maps[PM_MAP_VOLUME], PM_PHOTONS_ALL, VOLUME_PROBE, .5);
 }
 
 /* Makes the maps of this pass, looks once, frees them. */
