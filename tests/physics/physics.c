@@ -87,7 +87,7 @@ pm_job job_of(pm_job_kind kind, int ambient_bounces)
 void want_map(pm_job *job, pm_map_kind kind, uint64_t count, uint32_t gather_count)
 {
     job->wanted.estimator = PM_NEAREST;
-    job->wanted.maps[kind] = (pm_map_wanted){true, count, gather_count};
+    job->wanted.maps[kind] = (pm_map_wanted){.wanted = true, .count = count, .gather_count = gather_count};
 }
 
 const struct mode modes[MODES] = {
