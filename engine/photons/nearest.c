@@ -176,20 +176,34 @@ void pm_candidates_drop_farthest(pm_candidates *c)
 
 /* ---- a first radius ---- */
 
-/* The matching child nearest to the point, of several the first; its distance^2 in steps. */
-static unsigned nearest_child(const pm_node *node, const pm_search *s, float *distance2)
+/* True if the first photon of the block lies behind p on the Morton curve. */
+static bool starts_behind(const pm_photon_block *block, const uint32_t p[3])
 {
-    _Alignas(32) float d[PM_NODE_CHILDREN];
-    __m128 q = point_in_node(node, s);
-    for (unsigned c = 0; c < PM_NODE_CHILDREN; c += 8)
-        _mm256_store_ps(d + c,
-                        _mm256_blendv_ps(_mm256_set1_ps(INFINITY), child_distances(node, c, q),
-                                         children_match(node, c, s)));
-    unsigned best = 0;
-    for (unsigned c = 1; c < PM_NODE_CHILDREN; c++)
-        best = d[c] < d[best] ? c : best;
-    *distance2 = d[best];
-    return best;
+    uint32_t most = 0;
+    bool behind = false;
+    for (int a = 0; a < 3;
+         a++) { /* of equally high differing bits that of the first axis counts */
+        uint32_t q = (uint32_t)block->position[a][0] ^ 0x80000000U, differ = p[a] ^ q;
+        bool higher = most < differ && most < (most ^ differ);
+        most = higher ? differ : most;
+        behind = higher ? q > p[a] : behind;
+    }
+    return behind;
+}
+
+/* The block where the point would be stored. */
+static size_t home_block(const pm_search *s)
+{
+    uint32_t p[3];
+    for (int a = 0; a < 3; a++)
+        p[a] = (uint32_t)fmin(fmax(s->point[a] + PM_GRID_PER_WORLD, 0), UINT32_MAX);
+    size_t low = 0, size = s->map->block_count;
+    while (size > 1) { /* blocks before low do not start behind, low + size and later do */
+        size_t half = size / 2;
+        low = starts_behind(&s->map->blocks[low + half], p) ? low : low + half;
+        size -= half;
+    }
+    return low;
 }
 
 /* 1 / area of a child's box, or 1 / volume [1 / steps^2 or 3]; 0 for a child that does not
@@ -210,19 +224,17 @@ static float child_density(const pm_node *node, unsigned c, const pm_search *s)
 static double guess_bound(const pm_search *s, uint32_t wanted)
 {
     const pm_photon_map *map = s->map;
-    int last = 0;
-    double photons = PM_BLOCK_SIZE; /* of a child on level `last` */
-    for (; last < map->levels - 1 && photons * PM_NODE_CHILDREN <= wanted; last++)
+    size_t child = home_block(s);
+    double photons = PM_BLOCK_SIZE; /* of a child */
+    int level = 0;
+    for (; level < map->levels - 1 && photons * PM_NODE_CHILDREN <= wanted; level++) {
         photons *= PM_NODE_CHILDREN;
-    const pm_node *node;
-    float distance2;
-    size_t i = 0;
-    for (int l = map->levels - 1;; l--) {
-        node = &map->nodes[map->level_start[l] + i];
-        i = i * PM_NODE_CHILDREN + nearest_child(node, s, &distance2);
-        if (l == last)
-            break;
+        child /= PM_NODE_CHILDREN;
     }
+    const pm_node *node = &map->nodes[map->level_start[level] + child / PM_NODE_CHILDREN];
+    child %= PM_NODE_CHILDREN;
+    _Alignas(32) float distance2[8];
+    _mm256_store_ps(distance2, child_distances(node, child & 8, point_in_node(node, s)));
     float density = 0;
     unsigned matching = 0;
     for (unsigned c = 0; c < PM_NODE_CHILDREN; c++) {
@@ -230,13 +242,11 @@ static double guess_bound(const pm_search *s, uint32_t wanted)
         density += d;
         matching += d > 0;
     }
-    if (!matching)
-        return 1;
     double margin = wanted + 2 * sqrt(wanted),
            measure = margin / (photons * density / matching);
     double radius =
         s->surface ? sqrt(measure / PM_PI) : pm_pow(measure / (4.0 / 3 * PM_PI), 1.0 / 3);
-    radius = (radius + sqrt((double)distance2)) / (double)node->steps_per_unit;
+    radius = (radius + sqrt((double)distance2[child & 7])) / (double)node->steps_per_unit;
     return fmax(radius * radius, 1);
 }
 
