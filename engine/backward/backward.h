@@ -86,8 +86,10 @@ void pm_accumulation_mean(const pm_accumulation *accumulation, float *out);
  * two passes of evidence. */
 void pm_accumulation_half_width(const pm_accumulation *accumulation, float *out);
 
-/* Estimated relative error of the whole: sqrt(mean of the squared standard errors) / mean
- * value. Infinity while unknown, 0 only if every value is exactly known to be dark. */
+/* Estimated relative error of the whole: the root mean square of each value's standard error
+ * over the value, or over the mean of all values where it is darker than that. So neither a
+ * bright lamp's edge nor a dark corner decides alone. Infinity while unknown, 0 only if every
+ * value is exactly known to be dark. */
 double pm_accumulation_error(const pm_accumulation *accumulation);
 
 /* Non-finite samples met so far: 0 in a healthy run. They are counted, not added. */

@@ -84,20 +84,29 @@ void pm_accumulation_half_width(const pm_accumulation *accumulation, float *out)
     }
 }
 
+static double mean_value(const pm_accumulation *a)
+{
+    double sum = 0;
+    size_t values = 3 * a->count;
+    for (size_t i = 0; i < values; i++)
+        sum += interval_at(a, i).mean;
+    return values ? sum / (double)values : 0;
+}
+
 double pm_accumulation_error(const pm_accumulation *accumulation)
 {
-    double squares = 0, sum = 0;
+    double squares = 0, common = mean_value(accumulation);
     size_t values = 3 * accumulation->count;
+    if (accumulation->passes < 2)
+        return INFINITY;
+    if (common == 0)
+        return accumulation->lit ? INFINITY : 0;
     for (size_t i = 0; i < values; i++) {
         struct pm_interval interval = interval_at(accumulation, i);
-        squares += interval.variance + shared_variance(accumulation, i);
-        sum += interval.mean;
+        double scale = fmax(interval.mean, common);
+        squares += (interval.variance + shared_variance(accumulation, i)) / (scale * scale);
     }
-    if (!isfinite(squares))
-        return INFINITY;
-    if (sum == 0)
-        return accumulation->lit ? INFINITY : 0;
-    return sqrt(squares / (double)values) / (sum / (double)values);
+    return sqrt(squares / (double)values);
 }
 
 double pm_progressive_radius(double first_radius, uint32_t pass)
