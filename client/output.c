@@ -8,7 +8,8 @@
 
 static pm_status system_error(pm_error *err, const char *path, const char *what)
 {
-    return pm_error_set_at(err, PM_E_IO, path, 0, 0, "%s: %s", what, strerror(errno));
+    return pm_error_set_at(err, PM_E_IO, strcmp(path, "-") ? path : "standard output", 0, 0,
+                           "%s: %s", what, strerror(errno));
 }
 
 pm_status pm_output_check(const char *path, pm_error *err)

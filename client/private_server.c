@@ -60,9 +60,13 @@ static pm_status choose_store(char store[PATH_MAX], pm_error *err)
                             "no place for the cache: set PM_STORE to a file, or HOME");
     if (length >= PATH_MAX)
         return pm_error_set(err, PM_E_RANGE, "the cache's file name is too long: set PM_STORE");
+    struct stat about;
     if (!make_folders(store))
         return system_error(err, store,
                             "cannot make the cache's folder (PM_STORE names another)");
+    if (!stat(store, &about) && !S_ISREG(about.st_mode))
+        return pm_error_set_at(err, PM_E_IO, store, 0, 0,
+                               "cannot be the cache: PM_STORE must name a file");
     return PM_OK;
 }
 

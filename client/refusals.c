@@ -166,7 +166,7 @@ static size_t edit_distance(const char *a, const char *b)
 const char *pm_closest(const char *word, const char *const *names, size_t count)
 {
     const char *letters = word + strspn(word, "-"), *closest = NULL;
-    size_t best = strlen(letters) / 3 + 1;
+    size_t length = strlen(letters), best = length < 4 ? length / 3 + 1 : 3;
     for (size_t i = 0; i < count; i++) {
         size_t distance = edit_distance(letters, names[i] + strspn(names[i], "-"));
         if (distance < best) {

@@ -8,7 +8,7 @@
 const char *pm_refusal_of(pm_verb verb, const char *option);
 
 /* Of names[0..count) the one that `word` most likely was meant to be, or NULL: dashes do not
- * count, and at most a third of its letters differ. */
+ * count, and at most two letters differ, or one of three. */
 const char *pm_closest(const char *word, const char *const *names, size_t count);
 
 #endif

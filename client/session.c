@@ -18,8 +18,6 @@ struct pm_session {
     const pm_options *options;
     pm_private_server *own; /* NULL if --server names one */
     pm_http *http;
-    const char *scene_path; /* as typed, and its name at the server; for messages */
-    char *scene_name;
 };
 
 /* ---- opening ---- */
@@ -53,9 +51,10 @@ static pm_status connect_to(pm_session *session, pm_error *err)
     }
     if (st)
         return st;
+    if (options->server && strlen(options->server) >= sizeof url)
+        return pm_error_set(err, PM_E_RANGE, "--server: the address is too long");
     if (options->server) {
-        snprintf(url, sizeof url, "%s", options->server);
-        url[strcspn(url, " \t")] = '\0';
+        strcpy(url, options->server);
         for (size_t end = strlen(url); end && url[end - 1] == '/'; end--)
             url[end - 1] = '\0';
     }
@@ -85,26 +84,10 @@ void pm_session_close(pm_session *session)
         return;
     pm_http_free(session->http);
     pm_private_server_close(session->own);
-    free(session->scene_name);
     free(session);
 }
 
 /* ---- calls ---- */
-
-/* The file that the server speaks of, as the user typed it. */
-static void local_name(const pm_session *session, const char *name, char *out, size_t size)
-{
-    const char *path = session->scene_path;
-    if (!path || !session->scene_name) {
-        snprintf(out, size, "%s", name);
-        return;
-    }
-    const char *slash = strrchr(path, '/');
-    if (!strcmp(name, session->scene_name))
-        snprintf(out, size, "%s", path);
-    else
-        snprintf(out, size, "%.*s%s", slash ? (int)(slash + 1 - path) : 0, path, name);
-}
 
 static pm_status status_of(long http)
 {
@@ -123,22 +106,27 @@ static pm_status status_of(long http)
 }
 
 /* An RFC 9457 document as an error. */
-static pm_status problem_error(const pm_session *session, const pm_json *problem,
-                               pm_status status, pm_error *err)
+static pm_status problem_error(const pm_json *problem, pm_status status, pm_error *err)
 {
-    char name[1024];
-    const char *file = pm_json_get_text(problem, "file", NULL);
     const char *text = pm_json_get_text(problem, "detail",
                                         pm_json_get_text(problem, "title", "no reason given"));
-    if (!file)
-        return pm_error_set(err, status, "%s", text);
-    int line = (int)pm_json_get_integer(problem, "line", 0);
-    int column = (int)pm_json_get_integer(problem, "column", 0);
-    if (line > 0)
-        local_name(session, file, name, sizeof name);
+    return pm_error_set_at(err, status, pm_json_get_text(problem, "file", ""),
+                           (int)pm_json_get_integer(problem, "line", 0),
+                           (int)pm_json_get_integer(problem, "column", 0), "%s", text);
+}
+
+static pm_status response_error(const pm_response *response, const char *method,
+                                const char *path, pm_error *err)
+{
+    pm_json *problem = NULL;
+    pm_status st = status_of(response->status);
+    if (response->body.size &&
+        !pm_json_parse(response->body.data, response->body.size, "answer", &problem, NULL))
+        st = problem_error(problem, st, err);
     else
-        snprintf(name, sizeof name, "%s", file);
-    return pm_error_set_at(err, status, name, line, column, "%s", text);
+        st = pm_error_set(err, st, "%s %s: HTTP status %ld", method, path, response->status);
+    pm_json_free(problem);
+    return st;
 }
 
 pm_status pm_session_call(pm_session *session, const char *method, const char *path,
@@ -149,19 +137,12 @@ pm_status pm_session_call(pm_session *session, const char *method, const char *p
     pm_status st = pm_http_send(session->http, method, path, body, NULL, &response, err);
     if (st)
         return st;
-    if (response.body.size &&
-        pm_json_parse(response.body.data, response.body.size, "answer", &document, NULL))
-        document = NULL;
-    if (response.status / 100 != 2) {
-        if (document)
-            st = problem_error(session, document, status_of(response.status), err);
-        else
-            st = pm_error_set(err, status_of(response.status), "%s %s: HTTP status %ld", method,
-                              path, response.status);
-    } else if (json && !document) {
+    if (response.status / 100 != 2)
+        st = response_error(&response, method, path, err);
+    else if (json &&
+             pm_json_parse(response.body.data, response.body.size, "answer", &document, NULL))
         st = pm_error_set(err, PM_E_SYNTAX, "%s %s: the answer is no JSON; is this a pmserver?",
                           method, path);
-    }
     if (!st && json)
         *json = document;
     else
@@ -263,27 +244,72 @@ static pm_status upload_bundle(pm_session *session, const pm_bundle *bundle, pm_
     return st;
 }
 
+/* An oconv file starts as all of Radiance's do: lines of text up to an empty one. */
+static bool is_octree(const pm_file *file)
+{
+    static const char format[] = "FORMAT=Radiance_octree";
+    const char *text = (const char *)file->data;
+    const char *end = memmem(text, file->size, "\n\n", 2);
+    return end && file->size > 2 && !memcmp(text, "#?", 2) &&
+           memmem(text, (size_t)(end - text), format, sizeof format - 1);
+}
+
+static pm_status check_bundle(const pm_bundle *bundle, const char *main_name, const char *path,
+                              pm_error *err)
+{
+    const pm_file *file = pm_bundle_find(bundle, main_name, NULL);
+    if (!file || !is_octree(file))
+        return PM_OK;
+    return pm_error_set_at(err, PM_E_UNSUPPORTED, path, 0, 0,
+                           "is an octree; those are not read yet: give the .rad file");
+}
+
+/* The file that the server speaks of, as the user typed it; without its folder if that is too
+ * long to be shown. */
+static void local_name(const char *path, const char *main_name, const char *name, char *out,
+                       size_t size)
+{
+    const char *slash = strrchr(path, '/');
+    int folder = slash ? (int)(slash + 1 - path) : 0;
+    if (!strcmp(path, "-"))
+        path = "standard input";
+    if (!*name || !strcmp(name, main_name))
+        name = path + folder;
+    if (snprintf(out, size, "%.*s%s", folder, path, name) >= (int)size)
+        snprintf(out, size, "%s", name);
+}
+
+static pm_status register_scene(pm_session *session, const char *path, const char *main_name,
+                                const pm_digest *bundle, pm_json **scene, pm_error *err)
+{
+    char hex[PM_DIGEST_HEX], name[sizeof err->file];
+    pm_error why = PM_ERROR_INIT;
+    pm_digest_hex(bundle, hex);
+    pm_status st =
+        post(session, "/v1/scenes",
+             pm_json_pack("{s:s, s:s}", "bundle", hex, "main", main_name), scene, &why);
+    if (!st || st == PM_E_UNREACHABLE || st == PM_E_CANCELLED)
+        return st ? pm_error_set(err, st, "%s", why.text) : PM_OK;
+    local_name(path, main_name, why.file, name, sizeof name);
+    return pm_error_set_at(err, st, name, why.line, why.column, "%s", why.text);
+}
+
 pm_status pm_session_scene(pm_session *session, const char *path, pm_json **scene,
                            pm_error *err)
 {
     pm_bundle *bundle = NULL;
     const char *main_name = NULL;
     pm_digest digest;
-    char hex[PM_DIGEST_HEX];
     pm_status st = pm_bundle_collect(path, &bundle, &main_name, err);
     if (st)
         return st;
-    session->scene_path = path;
-    session->scene_name = strdup(main_name);
-    st = session->scene_name ? upload_bundle(session, bundle, &digest, err)
-                             : pm_error_set(err, PM_E_MEMORY, "no memory");
+    st = check_bundle(bundle, main_name, path, err);
+    if (!st)
+        st = upload_bundle(session, bundle, &digest, err);
+    if (!st)
+        st = register_scene(session, path, main_name, &digest, scene, err);
     pm_bundle_free(bundle);
-    if (st)
-        return st;
-    pm_digest_hex(&digest, hex);
-    return post(session, "/v1/scenes",
-                pm_json_pack("{s:s, s:s}", "bundle", hex, "main", session->scene_name), scene,
-                err);
+    return st;
 }
 
 /* ---- jobs ---- */
@@ -331,6 +357,22 @@ static pm_status watch(pm_session *session, const char *id, pm_json **job, pm_er
     return st;
 }
 
+/* What the user calls an input of a job. */
+static const char *input_name(const pm_session *session, const char *name)
+{
+    const pm_options *options = session->options;
+    if (!strcmp(name, "points"))
+        return "standard input";
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        const char *file =
+            options->maps[kind].file ? options->maps[kind].file : options->detected_map;
+        const char *word = pm_map_kind_name((pm_map_kind)kind);
+        if (file && !strncmp(name, word, strlen(word)) && !strcmp(name + strlen(word), " map"))
+            return file;
+    }
+    return name;
+}
+
 static pm_status end_of(const pm_session *session, const pm_json *job, pm_error *err)
 {
     const char *state = pm_json_get_text(job, "state", "failed");
@@ -338,7 +380,10 @@ static pm_status end_of(const pm_session *session, const pm_json *job, pm_error 
         return PM_OK;
     if (!strcmp(state, "cancelled"))
         return pm_error_set(err, PM_E_CANCELLED, "the job was cancelled");
-    return problem_error(session, pm_json_get(job, "problem"), PM_E_IO, err);
+    pm_error problem = PM_ERROR_INIT;
+    problem_error(pm_json_get(job, "problem"), PM_E_IO, &problem);
+    return pm_error_set_at(err, problem.status, input_name(session, problem.file), problem.line,
+                           problem.column, "%s", problem.text);
 }
 
 pm_status pm_session_run(pm_session *session, pm_json *request, pm_json **job, pm_error *err)
@@ -363,8 +408,7 @@ pm_status pm_session_read(pm_session *session, const char *url, pm_bytes *out, p
     pm_response response = {0};
     pm_status st = pm_http_send(session->http, "GET", url, NULL, NULL, &response, err);
     if (!st && response.status / 100 != 2)
-        st = pm_error_set(err, status_of(response.status), "GET %s: HTTP status %ld", url,
-                          response.status);
+        st = response_error(&response, "GET", url, err);
     if (st)
         pm_response_clear(&response);
     else
@@ -381,8 +425,7 @@ pm_status pm_session_fetch(pm_session *session, const char *url, const char *pat
     if (!st) {
         st = pm_http_send(session->http, "GET", url, NULL, output.file, &response, err);
         if (!st && response.status / 100 != 2)
-            st = pm_error_set(err, status_of(response.status), "GET %s: HTTP status %ld", url,
-                              response.status);
+            st = response_error(&response, "GET", url, err);
         pm_response_clear(&response);
     }
     if (!st)

@@ -24,17 +24,19 @@ static pm_status read_points(pm_bytes *points, pm_error *err)
     for (size_t got; (got = fread(buffer, 1, sizeof buffer, stdin)) > 0;)
         pm_bytes_append(points, buffer, got);
     if (ferror(stdin))
-        return pm_error_set_at(err, PM_E_IO, "stdin", 0, 0, "cannot be read: %s",
+        return pm_error_set_at(err, PM_E_IO, "standard input", 0, 0, "cannot be read: %s",
                                strerror(errno));
     return pm_bytes_status(points)
                ? pm_error_set(err, PM_E_MEMORY, "no memory for the points of stdin")
                : PM_OK;
 }
 
-/* The header that rtrace writes before its values. */
+/* The header that rtrace writes before its values, but for the time of day: the same command
+ * gives the same bytes. */
 static void print_header(void)
 {
-    printf("#?RADIANCE\n%s\nNCOMP=3\nFORMAT=ascii\n\n", pm_command_line);
+    printf("#?RADIANCE\n%s\nSOFTWARE= pm " PM_VERSION "\nNCOMP=3\nFORMAT=ascii\n\n",
+           pm_command_line);
 }
 
 /* A line of the answer holds r g b and their half-widths. */
@@ -70,7 +72,7 @@ static pm_status print_values(const pm_options *options, pm_bytes *text, pm_erro
     for (char *line = strtok((char *)text->data, "\n"); line && !st; line = strtok(NULL, "\n"))
         st = print_line(options, line, err);
     if (!st && (fflush(stdout) || ferror(stdout)))
-        st = pm_error_set_at(err, PM_E_IO, "stdout", 0, 0, "cannot be written: %s",
+        st = pm_error_set_at(err, PM_E_IO, "standard output", 0, 0, "cannot be written: %s",
                              strerror(errno));
     return st;
 }
