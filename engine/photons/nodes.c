@@ -26,8 +26,8 @@ struct build {
 /* ---- what photons there are ---- */
 
 /* 26 directions: towards the faces, edges and corners of a cube. Every direction is within 27.5
- * degrees of one of them (the farthest is (1, sqrt 2 - 1, (sqrt 3 - sqrt 2)) scaled to unit
- * length), so a normal within 60 degrees of it is within 88. */
+ * degrees of one of them (the farthest is along (1, 0.41421, 0.31784)), so a normal within 60
+ * degrees of it is within 88. */
 #define SECTOR_COSINE 0.0348994967025010 /* cos 88 degrees */
 
 static const double inverse_length[4] = {0, 1, 0.70710678118654752, 0.57735026918962576};
@@ -53,14 +53,17 @@ static unsigned trit(double v, bool used)
 uint32_t pm_content_sector(pm_vec3 n)
 {
     double x = fabs(n.x), y = fabs(n.y), z = fabs(n.z);
-    double most = fmax(x, fmax(y, z)), least = fmin(x, fmin(y, z)), all = x + y + z;
-    double edge = (all - least) * inverse_length[2], corner = all * inverse_length[3];
-    double limit; /* components above it count */
+    double most = fmax(x, fmax(y, z)), least = fmin(x, fmin(y, z));
+    double median = fmax(fmin(x, y), fmin(fmax(x, y), z));
+    double edge = (most + median) * inverse_length[2];
+    double corner = (most + median + least) * inverse_length[3];
+    double limit = median; /* components from here on count */
     if (corner >= edge && corner >= most)
-        limit = -1;
-    else
-        limit = edge >= most ? least : all - most - least;
-    return 1U << (trit(n.x, x > limit) + 3 * trit(n.y, y > limit) + 9 * trit(n.z, z > limit));
+        limit = least;
+    else if (most > edge)
+        limit = most;
+    return 1U << (trit(n.x, x >= limit) + 3 * trit(n.y, y >= limit) +
+                  9 * trit(n.z, z >= limit));
 }
 
 /* ---- exact boxes ---- */
