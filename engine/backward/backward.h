@@ -87,9 +87,10 @@ void pm_accumulation_mean(const pm_accumulation *accumulation, float *out);
 void pm_accumulation_half_width(const pm_accumulation *accumulation, float *out);
 
 /* Estimated relative error of the whole: the root mean square of each value's standard error
- * over the value, or over the mean of all values where it is darker than that. So neither a
- * bright lamp's edge nor a dark corner decides alone. Infinity while unknown, 0 only if every
- * value is exactly known to be dark. */
+ * over the median of its replicate means, or over the mean of all values where that is darker.
+ * So neither the edge of a bright lamp nor a dark corner decides alone, and a stray sample
+ * cannot hide behind its own size. Infinity while unknown, 0 only if every value is exactly
+ * known to be dark. */
 double pm_accumulation_error(const pm_accumulation *accumulation);
 
 /* Non-finite samples met so far: 0 in a healthy run. They are counted, not added. */

@@ -1,4 +1,5 @@
 #include <assert.h>
+#include <stdlib.h>
 
 #include "backward/backward_internal.h"
 
@@ -84,6 +85,24 @@ void pm_accumulation_half_width(const pm_accumulation *accumulation, float *out)
     }
 }
 
+static int by_size(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The median of the replicate means: unlike the mean, one stray sample does not move it. */
+static double median_at(const pm_accumulation *a, size_t i)
+{
+    double means[PM_REPLICATES];
+    size_t replicates = 0;
+    for (size_t r = 0; r < PM_REPLICATES; r++)
+        if (a->replicate_passes[r])
+            means[replicates++] = a->sums[r * 3 * a->count + i] / a->replicate_passes[r];
+    qsort(means, replicates, sizeof *means, by_size);
+    return means[replicates / 2];
+}
+
 static double mean_value(const pm_accumulation *a)
 {
     double sum = 0;
@@ -103,7 +122,8 @@ double pm_accumulation_error(const pm_accumulation *accumulation)
         return accumulation->lit ? INFINITY : 0;
     for (size_t i = 0; i < values; i++) {
         struct pm_interval interval = interval_at(accumulation, i);
-        double scale = fmax(interval.mean, common);
+        double scale =
+            interval.mean > common ? fmax(median_at(accumulation, i), common) : common;
         squares += (interval.variance + shared_variance(accumulation, i)) / (scale * scale);
     }
     return sqrt(squares / (double)values);
