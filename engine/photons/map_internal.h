@@ -7,9 +7,9 @@
  *
  * Photons lie in blocks of 16 along the Morton curve, each field of a block in an array of its
  * own, so that one block is tested with a few vector instructions. Above them stands a tree
- * that needs no pointers: node i of level l has the children 8 i .. 8 i + 7 of level l - 1,
+ * that needs no pointers: node i of level l has the children 16 i .. 16 i + 15 of level l - 1,
  * those of level 0 are blocks. A node holds its children's boxes in 8 bits a coordinate
- * relative to its own box, and what kinds of photons they hold. Together 24 + 0.86 bytes a
+ * relative to its own box, and what kinds of photons they hold. Together 24 + 0.73 bytes a
  * photon.
  *
  * Lengths in here are grid units: 2^-31 of a world unit, so positions are signed 32-bit
@@ -18,7 +18,7 @@
 enum {
     PM_BLOCK_SIZE = 16,
     PM_NODE_CHILDREN = 16,
-    PM_NODE_LEVELS = 9,  /* 16 * 8^9 photons are PM_MAP_PHOTONS_MAX */
+    PM_NODE_LEVELS = 7,  /* 16 * 16^7 photons exceed PM_MAP_PHOTONS_MAX */
     PM_NODE_STEPS = 256, /* of a coordinate in a node's box */
 };
 
@@ -58,7 +58,7 @@ struct pm_photon_map {
     size_t count, block_count;
     pm_photon_block *blocks; /* the last one is filled up with zeros */
     pm_node *nodes;          /* all levels, level 0 first */
-    size_t level_start[PM_NODE_LEVELS];
+    size_t node_count, level_start[PM_NODE_LEVELS];
     int levels;      /* 0 of an empty map */
     pm_rgb flux_sum; /* of the packed fluxes */
 };

@@ -194,6 +194,7 @@ pm_status pm_nodes_build(pm_photon_map *map, pm_pool *pool, pm_error *err)
         return PM_OK;
     struct build b = {.map = map};
     size_t nodes = count_levels(&b), boxes = map->block_count + nodes;
+    map->node_count = nodes;
     map->nodes = malloc(nodes * sizeof *map->nodes);
     b.level[0].box = malloc(boxes * sizeof *b.level[0].box);
     b.level[0].content = malloc(boxes * sizeof *b.level[0].content);

@@ -125,6 +125,12 @@ size_t pm_photon_map_count(const pm_photon_map *map)
     return map->count;
 }
 
+size_t pm_photon_map_bytes(const pm_photon_map *map)
+{
+    return sizeof *map + map->block_count * sizeof *map->blocks +
+           map->node_count * sizeof *map->nodes;
+}
+
 pm_rgb pm_photon_map_mean_flux(const pm_photon_map *map)
 {
     if (!map->count)

@@ -11,12 +11,13 @@
 #include "base/pool.h"
 #include "forward/photon.h"
 
-/* The photon map: photons sorted along the Morton curve, searched by cells.
+/* The photon map: photons sorted along the Morton curve, searched through a tree of boxes.
  *
  * In: batches. Out: pm_photon_map, answers about photon density. Next: backward/backward.h.
  *
  * Stored order is Morton code, then the photon's own bytes: independent of count, radius and
- * chunking. Read-only after building; safe to share between threads. */
+ * chunking. At most 25 bytes a photon. Read-only after building; safe to share between threads.
+ * Test: photon_takes_at_most_25_bytes. */
 typedef struct pm_photon_map pm_photon_map;
 
 #define PM_MAP_PHOTONS_MAX 2147483648U
@@ -37,8 +38,9 @@ typedef struct pm_map_header {
     char note[160]; /* why the map is empty, or what else a user should know; may be "" */
 } pm_map_header;
 
-/* Gathers `count` batches of one kind into a map. `photons` arrays are copied. Any batch order
- * gives the same bytes. Memory while building: at most two copies of the photons. */
+/* Gathers `count` batches of one kind into a map. `photons` arrays are copied. Any order of
+ * batches and any number of threads give the same bytes. Memory while building: 41 bytes a
+ * photon at most, less than two copies. `pool` may be NULL. Errors: PM_E_MEMORY, PM_E_LIMIT. */
 PM_MUST_USE pm_status pm_photon_map_build(const pm_map_header *header, const pm_batch *batches,
                                           size_t count, pm_pool *pool, pm_photon_map **out,
                                           pm_error *err);
@@ -49,8 +51,12 @@ size_t pm_photon_map_count(const pm_photon_map *map);
 /* Photon i < count of the stored order. */
 void pm_photon_map_photon(const pm_photon_map *map, size_t i, pm_photon *out);
 pm_rgb pm_photon_map_mean_flux(const pm_photon_map *map); /* a photon [W, scene units] */
+size_t pm_photon_map_bytes(const pm_photon_map *map);     /* of memory */
 
-/* ---- density estimation; flux densities in W / scale^2 per world area = W/m^2 ---- */
+/* ---- density estimation; flux densities in W / scale^2 per world area = W/m^2 ----
+ *
+ * Points and radii are in world coordinates, normals and directions unit. Points may lie
+ * anywhere but must be finite. The same call gives the same bytes on any machine with AVX2. */
 
 /* Which photons a look-up takes. */
 typedef enum pm_photon_filter {
@@ -61,30 +67,45 @@ typedef enum pm_photon_filter {
 
 typedef struct pm_estimate {
     pm_rgb irradiance; /* [W/m^2]; of volumes: sum of flux * phase / volume */
-    pm_rgb
-        variance;  /* of it, from the photons' own scatter: sum (flux K)^2 (compound Poisson) */
-    double radius; /* [world units] that held the photons; 0 if none */
-    uint32_t count; /* photons used */
+    pm_rgb variance;   /* of it: sum (flux K)^2 over the photons, see below */
+    double radius;     /* [world units] of what was averaged over; 0 if no photon was used */
+    uint32_t count;    /* photons used */
 } pm_estimate;
 
-/* Irradiance on the side of `normal` from the `gather_count` nearest photons:
- * E = sum_{i<k} flux_i / (pi r_k^2), k+1 nearest searched and the outermost only sets the
- * radius: unbiased for a uniform field, (k) / (pi r_{k+1}^2) being the unbiased density of a
- * Poisson field. point, normal  world coordinates; unit normal of the side asked max_radius
- * [world units], INFINITY allowed Photons of the other side (normals at more than 60 degrees)
- * and photons far from the tangent plane are passed over, so nothing leaks through thin walls.
+/* Irradiance on the side of `normal` from the k = gather_count nearest photons:
+ *
+ *   E = sum_{i<=k} flux_i / (pi r_{k+1}^2),
+ *
+ * where r_{k+1} is the distance of the next one, which is not summed. So E is unbiased in a
+ * uniform Poisson field, and so is sum flux_i^2 / (pi r_{k+1}^2)^2 for its variance, that of
+ * the radius included (k > 1; the variance for k = 1 is infinite).
+ *
+ *   gather_count  1 .. PM_GATHER_MAX
+ *   max_radius    > 0, INFINITY allowed. With at most k photons inside, all are summed over the
+ * disc of max_radius, which keeps E unbiased. With INFINITY the farthest then sets the radius
+ * and is not summed, so 0 or 1 photon give zero.
+ *
+ * A photon counts, here and within a fixed radius, if its normal is within 60 degrees of
+ * `normal` and if it lies in the tangent plane: with D from point to photon, the mean m of both
+ * normals has |m . D| <= |D| / 4 + 2^-30. On planes, spheres and cylinders m . D is 0 whatever
+ * the curvature, and a sphere's cap has exactly the disc's area. Other photons are passed over,
+ * so nothing leaks through thin walls or around corners, nor from a parallel surface farther
+ * than a quarter of the radius. No radius is taken as less than 2^-31, the step of stored
+ * positions.
+ *
  * Source: Jensen 2001, ch. 7; Mack and Rosenblatt 1979 for the k+1 rule.
- * Test: density_flat_floor_is_analytic. */
+ * Test: density_flat_floor_is_analytic, density_on_a_sphere_is_analytic. */
 pm_estimate pm_photon_map_nearest(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
                                   uint32_t gather_count, double max_radius,
                                   pm_photon_filter filter);
 
-/* The same with a fixed radius [world units]: E = sum flux / (pi r^2). */
+/* The same with a fixed radius: E = sum flux / (pi r^2), finite r > 0. */
 pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
                                  double radius, pm_photon_filter filter);
 
 /* In-scattering in a medium towards `direction` (unit; where the light is going, e.g. to the
- * eye): sum over the nearest photons of flux * phase(g) / (4/3 pi r^3). Dividing by the
+ * eye): sum over the nearest photons of flux * phase(g) / (4/3 pi r^3), with radius, count
+ * and variance as above. Dividing by the
  * extinction and multiplying with the scattering coefficient is the caller's: a volume photon
  * is stored at every collision with its flux before the albedo, so flux density / extinction =
  * fluence rate. */
