@@ -4,10 +4,10 @@
 #include "world/world_internal.h"
 
 /* Who is who, by content.
- *   material  SHA-256(type, modifier's digest, numbers, digests of the materials that it
- * names); and, if antimatters list it, of that and their sorted digests. A mist's light names
- *             do not count, since every light scatters in every mist
+ *   material  SHA-256(type, modifier's digest, numbers, digests of the materials that it names)
+ *             and, if antimatters list it, SHA-256 of that and their sorted digests
  *   surface   SHA-256(type, material's digest, numbers)
+ * A mist's light names do not count, since every light scatters in every mist.
  * Numbers are little-endian doubles in scene units, -0 as 0. Names, comments, order and unused
  * materials do not count. A polygon written from another first vertex is another surface. The
  * parser sees to it that every surface has a material. */

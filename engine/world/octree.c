@@ -142,23 +142,34 @@ static pm_digest root_digest(struct builder *b, const pm_digest *top)
     return pm_digest_of(b->scratch.data, b->scratch.size);
 }
 
+static void builder_clear(struct builder *b)
+{
+    free(b->set);
+    free(b->octants);
+    pm_bytes_clear(&b->scratch);
+}
+
+static pm_status no_memory(struct builder *b, pm_error *err)
+{
+    builder_clear(b);
+    return pm_error_set(err, PM_E_MEMORY, "no memory for the octree");
+}
+
 pm_status pm_octree_build(pm_world *world, pm_error *err)
 {
     struct builder b = {.world = world};
     struct cell top = {.half = 1, .count = world->shape_count, .free = world->shape_count};
     top.entries = MOST_ENTRIES * (double)top.count;
-    if (reserve(&b, top.count)) {
-        for (uint32_t i = 0; i < world->shape_count; i++)
-            b.set[i] = i;
-    }
+    if (!reserve(&b, top.count))
+        return no_memory(&b, err);
+    for (uint32_t i = 0; i < world->shape_count; i++)
+        b.set[i] = i;
     b.empty = leaf_digest(&b, &(struct cell){.count = 0});
     pm_digest digest = node_digest(&b, &top);
     digest = root_digest(&b, &digest);
-    free(b.set);
-    free(b.octants);
-    pm_bytes_clear(&b.scratch);
     if (b.failed)
-        return pm_error_set(err, PM_E_MEMORY, "no memory for the octree");
+        return no_memory(&b, err);
+    builder_clear(&b);
     world->hash = digest;
     world->octree_nodes = b.nodes;
     return PM_OK;

@@ -52,11 +52,11 @@ struct pm_shape_frame {
     double scale, tolerance;
 };
 
-/* Makes the shape of a surface primitive (not `source`). Negative radii turn a shape inside
- * out, as in Radiance. Vertices and triangles are put into the arena. Errors at the primitive's
- * place: PM_E_RANGE for what has no extent (zero radius, axis without length, polygon without
- * area, crossing edges), PM_E_MEMORY. Source: Radiance reference manual; src/common/cone.c,
- * face.c for radii and plane. */
+/* Makes the shape of a surface primitive (not `source`), as the parser leaves it: radii
+ * positive and in order, ends apart. Vertices and triangles are put into the arena. Errors at
+ * the primitive's place: PM_E_RANGE for what has no extent (a polygon without area, anything
+ * too small beside the scene) and for polygons with crossing edges; PM_E_MEMORY. Source:
+ * Radiance reference manual; src/common/face.c for the plane. */
 PM_MUST_USE pm_status pm_shape_make(const pm_scene *scene, const pm_primitive *primitive,
                                     const struct pm_shape_frame *frame, pm_arena *arena,
                                     struct pm_shape *out, pm_error *err);

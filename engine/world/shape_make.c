@@ -1,8 +1,6 @@
 #include "world/shape.h"
 
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 #include "base/maths.h"
@@ -56,17 +54,14 @@ static pm_vec3 unit(pm_vec3 v, double *length)
     return pm_vec3_make(v.x / l, v.y / l, v.z / l);
 }
 
-/* ---- round shapes ---- */
+/* ---- round shapes: the parser has made radii positive and told their types and order ---- */
 
 static pm_status make_ball(const struct maker *m)
 {
     struct pm_shape *s = m->shape;
-    double radius = length_at(m, 3);
-    if (radius == 0)
-        return refuse(m, "has no radius");
     s->center = point_at(m, 0);
-    s->r0 = s->r1 = fabs(radius);
-    s->inward = (s->type == PM_BUBBLE) != (radius < 0);
+    s->r0 = s->r1 = length_at(m, 3);
+    s->inward = s->type == PM_BUBBLE;
     s->area = 4 * PM_PI * s->r0 * s->r0;
     return PM_OK;
 }
@@ -75,18 +70,12 @@ static pm_status make_ring(const struct maker *m)
 {
     struct pm_shape *s = m->shape;
     const double *r = m->primitive->reals;
-    double a = length_at(m, 6), b = length_at(m, 7), length;
-    if (a < 0 || b < 0)
-        return refuse(m, "has a negative radius; both must be >= 0");
-    if (a == b)
-        return refuse(m, "has no area: its radii are equal");
+    double length;
     s->center = point_at(m, 0);
     s->axis = unit(pm_vec3_make(r[3], r[4], r[5]), &length);
-    if (length == 0)
-        return refuse(m, "has a normal of length 0");
-    s->r0 = fmin(a, b);
-    s->r1 = fmax(a, b);
     s->offset = pm_vec3_dot(s->axis, s->center);
+    s->r0 = length_at(m, 6);
+    s->r1 = length_at(m, 7);
     s->area = PM_PI * (s->r1 - s->r0) * (s->r1 + s->r0);
     return PM_OK;
 }
@@ -98,35 +87,25 @@ static bool comes_before(pm_vec3 a, pm_vec3 b)
     return a.y != b.y ? a.y < b.y : a.z < b.z;
 }
 
-/* The two ends, the lesser one first, so that a cone written from its other end is the same to
- * the last bit. */
-static pm_status set_ends(const struct maker *m, double r0, double r1)
+/* The lesser end comes first, so that a cone written from its other end is the same to the last
+ * bit. */
+static pm_status make_cone(const struct maker *m)
 {
     struct pm_shape *s = m->shape;
+    bool straight = s->type == PM_CYLINDER || s->type == PM_TUBE;
+    double r0 = length_at(m, 6), r1 = straight ? r0 : length_at(m, 7);
     pm_vec3 p0 = point_at(m, 0), p1 = point_at(m, 3);
     bool swap = comes_before(p1, p0);
     s->center = swap ? p1 : p0;
     s->axis = unit(pm_vec3_sub(swap ? p0 : p1, s->center), &s->height);
     if (s->height == 0)
-        return refuse(m, "has an axis of length 0");
+        return refuse(m, "is too short beside the size of the scene");
     s->r0 = swap ? r1 : r0;
     s->r1 = swap ? r0 : r1;
+    s->inward = s->type == PM_CUP || s->type == PM_TUBE;
     double rise = s->r1 - s->r0;
     s->area = PM_PI * (s->r0 + s->r1) * sqrt(s->height * s->height + rise * rise);
     return PM_OK;
-}
-
-static pm_status make_cone(const struct maker *m)
-{
-    bool straight = m->shape->type == PM_CYLINDER || m->shape->type == PM_TUBE;
-    double r0 = length_at(m, 6), r1 = straight ? r0 : length_at(m, 7);
-    if (r0 == 0 && r1 == 0)
-        return refuse(m, "has no radius");
-    if ((r0 < 0 && r1 > 0) || (r0 > 0 && r1 < 0))
-        return refuse(m, "has radii of different sign");
-    bool is_cup = m->shape->type == PM_CUP || m->shape->type == PM_TUBE;
-    m->shape->inward = is_cup != (r0 < 0 || r1 < 0);
-    return set_ends(m, fabs(r0), fabs(r1));
 }
 
 /* ---- polygons ---- */
@@ -143,8 +122,6 @@ static double perimeter(const struct pm_shape *s)
 static pm_status place_vertices(const struct maker *m)
 {
     uint32_t count = m->primitive->real_count / 3;
-    if (m->primitive->real_count % 3 || count < 3)
-        return refuse(m, "needs three or more vertices of three numbers");
     pm_vec3 *vertices = pm_arena_array(m->arena, count, sizeof *vertices);
     if (!vertices)
         return no_memory(m);
@@ -281,6 +258,8 @@ pm_status pm_shape_make(const pm_scene *scene, const pm_primitive *primitive,
         status = make_cone(&m);
         break;
     }
+    if (!status && !(shape.area > 0))
+        status = refuse(&m, "is too small beside the size of the scene");
     if (status)
         return status;
     pm_shape_set_bounds(&shape);

@@ -59,25 +59,14 @@ static pm_status make_shapes(pm_world *world, const pm_scene *scene,
     return status;
 }
 
-static pm_status make_distant(const pm_scene *scene, const pm_primitive *p,
-                              struct pm_distant *out, pm_error *err)
+static struct pm_distant make_distant(const pm_primitive *p, uint32_t material)
 {
-    double x = p->reals[0], y = p->reals[1], z = p->reals[2], angle = p->reals[3];
-    double most = fmax(fabs(x), fmax(fabs(y), fabs(z)));
-    const char *file = scene->files[p->file];
-    if (!(most > 0))
-        return pm_error_set_at(err, PM_E_RANGE, file, p->line, p->column,
-                               "source %s has a direction of length 0", p->name);
-    if (!(angle > 0 && angle <= 360))
-        return pm_error_set_at(
-            err, PM_E_RANGE, file, p->line, p->column,
-            "source %s has an angle of %g degrees; it must be above 0 and at "
-            "most 360",
-            p->name, angle);
-    out->direction = pm_vec3_normalize(pm_vec3_make(x / most, y / most, z / most));
-    out->half_angle = angle / 360 * PM_PI;
-    out->versine = pm_versine(out->half_angle);
-    return PM_OK;
+    double half_angle = p->reals[3] / 360 * PM_PI;
+    pm_vec3 direction = {p->reals[0], p->reals[1], p->reals[2]};
+    return (struct pm_distant){.direction = pm_vec3_normalize(direction),
+                               .half_angle = half_angle,
+                               .versine = pm_versine(half_angle),
+                               .material = material};
 }
 
 static pm_status make_distants(pm_world *world, const pm_scene *scene,
@@ -90,10 +79,7 @@ static pm_status make_distants(pm_world *world, const pm_scene *scene,
     for (size_t i = 0; i < identity->distant_count; i++) {
         const pm_primitive *p =
             &scene->primitives[identity->surfaces[identity->local_count + i]];
-        pm_status status = make_distant(scene, p, &world->distants[i], err);
-        if (status)
-            return status;
-        world->distants[i].material = identity->materials.of_primitive[p->modifier];
+        world->distants[i] = make_distant(p, identity->materials.of_primitive[p->modifier]);
     }
     world->distant_count = identity->distant_count;
     return PM_OK;

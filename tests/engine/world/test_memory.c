@@ -1,0 +1,93 @@
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "compile.h"
+
+/* Linked with --wrap: the allocation with number `failing` (from 0) fails, all others work. */
+static long allocations, failing = -1;
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__real_aligned_alloc(size_t align, size_t size);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+void *__wrap_aligned_alloc(size_t align, size_t size);
+
+void *__wrap_malloc(size_t size)
+{
+    return allocations++ == failing ? NULL : __real_malloc(size);
+}
+
+void *__wrap_calloc(size_t count, size_t size)
+{
+    return allocations++ == failing ? NULL : __real_calloc(count, size);
+}
+
+void *__wrap_realloc(void *old, size_t size)
+{
+    return allocations++ == failing ? NULL : __real_realloc(old, size);
+}
+
+void *__wrap_aligned_alloc(size_t align, size_t size)
+{
+    return allocations++ == failing ? NULL : __real_aligned_alloc(align, size);
+}
+
+/* Of every kind, many enough for the octree's sets to grow, and a polygon of many corners. */
+static char *make_text(void)
+{
+    struct text t = {0};
+    add(&t, "void plastic grey 0 0 5 .5 .5 .5 0 0\nvoid light lamp 0 0 3 1 1 1\n"
+            "void antimatter cut 1 grey 0 0\nvoid mist fog 0 0 7 .1 .1 .1 .5 .5 .5 0\n"
+            "cut sphere c 0 0 4 3 3 3 1\nfog sphere f 0 0 4 0 0 0 9\n"
+            "lamp source sun 0 0 4 0 0 1 1\nlamp ring r 0 0 8 0 0 9 0 0 -1 0 1\n"
+            "grey cone k 0 0 8 5 5 5 6 6 6 1 2\ngrey polygon p 0 0 120");
+    for (int i = 0; i < 40; i++)
+        add(&t, " %.9g %.9g 0", (3 + i % 2) * cos(i * .157), (3 + i % 2) * sin(i * .157));
+    add(&t, "\n");
+    for (int i = 0; i < 200; i++)
+        add(&t, "grey polygon q 0 0 9 %d %d 0 %d 1 1 1 %d 1\n", i, i % 7, i % 3 + 2, i % 5 + 3);
+    return t.data;
+}
+
+/* Nothing may be left behind either: the sanitizers watch. */
+static void every_failed_allocation_is_reported(void **state)
+{
+    (void)state;
+    char *text = make_text();
+    pm_scene *scene = scene_of(text);
+    pm_status st = PM_E_MEMORY;
+    for (failing = 0; st; failing++) {
+        pm_error err = PM_ERROR_INIT;
+        pm_world *world = NULL;
+        allocations = 0;
+        st = pm_world_compile(scene, &world, &err);
+        assert_int_equal(err.status, st);
+        if (st) {
+            assert_int_equal(st, PM_E_MEMORY);
+            assert_null(world);
+            assert_true(allocations > failing);
+        } else {
+            assert_true(allocations <= failing);
+            pm_world_free(world);
+        }
+    }
+    assert_in_range(failing, 20, 1000);
+    failing = -1;
+    pm_scene_free(scene);
+    free(text);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_failed_allocation_is_reported),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
