@@ -23,7 +23,8 @@ typedef struct test_server {
 
 /* cmocka fixtures: *state is a test_server with its folder, not yet started. */
 int test_server_setup(void **state);
-int test_server_teardown(void **state); /* kills what still runs */
+/* Stops what still runs; fails unless it ends in order and, with sanitizers, without a leak. */
+int test_server_teardown(void **state);
 
 /* Starts it with the options given (NULL at the end), and waits until it listens. */
 void test_server_start(test_server *server, const char *const *options);
