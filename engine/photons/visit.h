@@ -80,10 +80,26 @@ static inline unsigned filter_mask(const pm_photon_block *b, const pm_search *s)
     return s->filter == PM_PHOTONS_SPECULAR ? specular : ~specular & 0xFFFF;
 }
 
-static inline __m256d delta(const int32_t *position, double point)
+/* The way from the point to photons k .. k + 3 of a block. */
+struct way {
+    __m256d x, y, z;
+};
+
+static inline __m256d axis_way(const pm_photon_block *b, const pm_search *s, int axis, int k)
 {
-    __m128i p = _mm_load_si128((const __m128i *)position);
-    return _mm256_sub_pd(_mm256_cvtepi32_pd(p), _mm256_set1_pd(point));
+    __m128i p = _mm_load_si128((const __m128i *)(const void *)(b->position[axis] + k));
+    return _mm256_sub_pd(_mm256_cvtepi32_pd(p), _mm256_set1_pd(s->point[axis]));
+}
+
+static inline struct way way_to(const pm_photon_block *b, const pm_search *s, int k)
+{
+    return (struct way){axis_way(b, s, 0, k), axis_way(b, s, 1, k), axis_way(b, s, 2, k)};
+}
+
+/* One order of rounding for all, so that equal positions are equally far. */
+static inline __m256d dot(struct way a, struct way b)
+{
+    return _mm256_fmadd_pd(a.x, b.x, _mm256_fmadd_pd(a.y, b.y, _mm256_mul_pd(a.z, b.z)));
 }
 
 /* 8 normals decoded from octahedral codes, as pm_photon_normal does. */
@@ -123,73 +139,75 @@ static inline unsigned mean_normals(const pm_search *s, __m256 n[3])
         _mm256_cmp_ps(cosine, _mm256_set1_ps((float)PM_NORMAL_COSINE), _CMP_GE_OQ));
 }
 
-static inline unsigned near_lanes(__m256d d2, __m256d h, double bound)
+static inline unsigned within_bound(const pm_search *s, __m256d distance2)
 {
-    const __m256d sign = _mm256_set1_pd(-0.0);
-    h = _mm256_sub_pd(_mm256_andnot_pd(sign, h), _mm256_set1_pd(PM_TANGENT_SLACK));
-    h = _mm256_max_pd(h, _mm256_setzero_pd());
-    __m256d in_plane = _mm256_cmp_pd(
-        _mm256_mul_pd(h, h),
-        _mm256_mul_pd(d2, _mm256_set1_pd(PM_TANGENT_SLOPE * PM_TANGENT_SLOPE)), _CMP_LE_OQ);
-    __m256d near = _mm256_cmp_pd(d2, _mm256_set1_pd(bound), _CMP_LE_OQ);
-    return (unsigned)_mm256_movemask_pd(_mm256_and_pd(near, in_plane));
+    return (unsigned)_mm256_movemask_pd(
+        _mm256_cmp_pd(distance2, _mm256_set1_pd(s->bound), _CMP_LE_OQ));
 }
 
-static inline unsigned block_in_volume(const pm_photon_block *b, const pm_search *s,
-                                       double d2[PM_BLOCK_SIZE])
+/* Those in the mean tangent plane, |m . D| <= slope |D| + slack. */
+static inline unsigned in_plane(struct way way, struct way mean, __m256d distance2)
+{
+    __m256d h = _mm256_andnot_pd(_mm256_set1_pd(-0.0), dot(way, mean));
+    h = _mm256_max_pd(_mm256_sub_pd(h, _mm256_set1_pd(PM_TANGENT_SLACK)), _mm256_setzero_pd());
+    __m256d limit2 =
+        _mm256_mul_pd(distance2, _mm256_set1_pd(PM_TANGENT_SLOPE * PM_TANGENT_SLOPE));
+    return (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(_mm256_mul_pd(h, h), limit2, _CMP_LE_OQ));
+}
+
+/* The block_* functions return the lanes that are taken, and the squared distances of all. */
+
+static inline unsigned block_in_volume(const pm_photon_block *b, const pm_search *s, double *d2)
 {
     unsigned mask = 0;
-    for (int g = 0; g < PM_BLOCK_SIZE; g += 4) {
-        __m256d x = delta(b->position[0] + g, s->point[0]);
-        __m256d y = delta(b->position[1] + g, s->point[1]);
-        __m256d z = delta(b->position[2] + g, s->point[2]);
-        __m256d sq = _mm256_fmadd_pd(x, x, _mm256_fmadd_pd(y, y, _mm256_mul_pd(z, z)));
-        _mm256_store_pd(d2 + g, sq);
-        mask |= (unsigned)_mm256_movemask_pd(
-                    _mm256_cmp_pd(sq, _mm256_set1_pd(s->bound), _CMP_LE_OQ))
-                << g;
+    for (int k = 0; k < PM_BLOCK_SIZE; k += 4) {
+        struct way way = way_to(b, s, k);
+        __m256d distance2 = dot(way, way);
+        _mm256_store_pd(d2 + k, distance2);
+        mask |= within_bound(s, distance2) << k;
     }
     return mask;
 }
 
-static inline unsigned block_flat(const pm_photon_block *b, const pm_search *s,
-                                  double d2[PM_BLOCK_SIZE])
+/* With a single normal, whose mean with that of the search is known. */
+static inline unsigned block_flat(const pm_photon_block *b, const pm_search *s, double *d2)
 {
+    const struct way mean = {_mm256_set1_pd(s->known_mean[0]), _mm256_set1_pd(s->known_mean[1]),
+                             _mm256_set1_pd(s->known_mean[2])};
     unsigned mask = 0;
-    for (int g = 0; g < PM_BLOCK_SIZE; g += 4) {
-        __m256d x = delta(b->position[0] + g, s->point[0]);
-        __m256d y = delta(b->position[1] + g, s->point[1]);
-        __m256d z = delta(b->position[2] + g, s->point[2]);
-        __m256d sq = _mm256_fmadd_pd(x, x, _mm256_fmadd_pd(y, y, _mm256_mul_pd(z, z)));
-        __m256d h = _mm256_mul_pd(x, _mm256_set1_pd(s->known_mean[0]));
-        h = _mm256_fmadd_pd(y, _mm256_set1_pd(s->known_mean[1]), h);
-        h = _mm256_fmadd_pd(z, _mm256_set1_pd(s->known_mean[2]), h);
-        _mm256_store_pd(d2 + g, sq);
-        mask |= near_lanes(sq, h, s->bound) << g;
+    for (int k = 0; k < PM_BLOCK_SIZE; k += 4) {
+        struct way way = way_to(b, s, k);
+        __m256d distance2 = dot(way, way);
+        _mm256_store_pd(d2 + k, distance2);
+        mask |= (within_bound(s, distance2) & in_plane(way, mean, distance2)) << k;
     }
     return mask;
 }
 
-static inline unsigned block_mixed(const pm_photon_block *b, const pm_search *s,
-                                   double d2[PM_BLOCK_SIZE])
+static inline unsigned half_mixed(const pm_photon_block *b, const pm_search *s, int k, __m128 x,
+                                  __m128 y, __m128 z, double *d2)
+{
+    struct way way = way_to(b, s, k);
+    struct way mean = {_mm256_cvtps_pd(x), _mm256_cvtps_pd(y), _mm256_cvtps_pd(z)};
+    __m256d distance2 = dot(way, way);
+    _mm256_store_pd(d2 + k, distance2);
+    return within_bound(s, distance2) & in_plane(way, mean, distance2);
+}
+
+static inline unsigned block_mixed(const pm_photon_block *b, const pm_search *s, double *d2)
 {
     unsigned mask = 0;
-    for (int g = 0; g < PM_BLOCK_SIZE; g += 8) {
+    for (int k = 0; k < PM_BLOCK_SIZE; k += 8) {
         __m256 n[3];
-        decode_normals(_mm_load_si128((const __m128i *)(b->normal + g)), n);
+        decode_normals(_mm_load_si128((const __m128i *)(const void *)(b->normal + k)), n);
         unsigned facing = mean_normals(s, n);
-        for (int k = g; k < g + 8; k += 4) {
-            __m256d sq = _mm256_setzero_pd(), h = _mm256_setzero_pd();
-            for (int a = 0; a < 3; a++) {
-                __m256d d = delta(b->position[a] + k, s->point[a]);
-                __m128 m =
-                    k == g ? _mm256_castps256_ps128(n[a]) : _mm256_extractf128_ps(n[a], 1);
-                sq = _mm256_fmadd_pd(d, d, sq);
-                h = _mm256_fmadd_pd(d, _mm256_cvtps_pd(m), h);
-            }
-            _mm256_store_pd(d2 + k, sq);
-            mask |= (near_lanes(sq, h, s->bound) & facing >> (k - g)) << k;
-        }
+        unsigned near =
+            half_mixed(b, s, k, _mm256_castps256_ps128(n[0]), _mm256_castps256_ps128(n[1]),
+                       _mm256_castps256_ps128(n[2]), d2);
+        near |= half_mixed(b, s, k + 4, _mm256_extractf128_ps(n[0], 1),
+                           _mm256_extractf128_ps(n[1], 1), _mm256_extractf128_ps(n[2], 1), d2)
+                << 4;
+        mask |= (near & facing) << k;
     }
     return mask;
 }
