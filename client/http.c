@@ -1,5 +1,6 @@
 #include "http.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -23,7 +24,7 @@ struct exchange {
     uint64_t sent;
     FILE *into;
     pm_response *out;
-    bool write_failed;
+    int write_error; /* errno of what `into` did not take */
 };
 
 static char *copy_text(const char *text)
@@ -92,7 +93,8 @@ static size_t take_body(char *from, size_t size, size_t count, void *context)
     curl_easy_getinfo(exchange->http->curl, CURLINFO_RESPONSE_CODE, &status);
     if (exchange->into && status / 100 == 2) {
         size_t written = fwrite(from, 1, size * count, exchange->into);
-        exchange->write_failed |= written != size * count;
+        if (written != size * count)
+            exchange->write_error = errno;
         return written;
     }
     pm_bytes_append(&exchange->out->body, from, size * count);
@@ -185,8 +187,9 @@ static pm_status explain(const pm_http *http, CURLcode code, const struct exchan
 {
     if (code == CURLE_ABORTED_BY_CALLBACK && is_interrupted(http))
         return pm_error_set(err, PM_E_CANCELLED, "interrupted");
-    if (exchange->write_failed)
-        return pm_error_set(err, PM_E_IO, "cannot write what the server sends: disk full?");
+    if (exchange->write_error)
+        return pm_error_set(err, PM_E_IO, "cannot be written: %s",
+                            strerror(exchange->write_error));
     return pm_error_set(err, PM_E_UNREACHABLE, "server at %s: %s",
                         http->unix_path ? http->unix_path : http->url,
                         *message ? message : curl_easy_strerror(code));

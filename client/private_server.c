@@ -161,9 +161,8 @@ static pm_status start(pm_private_server *server, pm_error *err)
     close(ready[0]);
     if (listening)
         return PM_OK;
-    if (server->child > 0)
-        waitpid(server->child, NULL, 0);
-    server->child = 0;
+    /* If it runs all the same (we were interrupted), it ends once we give the lease back; so it
+     * is waited for then. */
     return pm_error_set(err, PM_E_IO,
                         "the private server did not start; what it said stands above");
 }

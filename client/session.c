@@ -416,18 +416,29 @@ pm_status pm_session_read(pm_session *session, const char *url, pm_bytes *out, p
     return st;
 }
 
+static pm_status receive(pm_session *session, const char *url, const pm_output *output,
+                         pm_error *err)
+{
+    pm_response response = {0};
+    pm_error why = PM_ERROR_INIT;
+    pm_status st = pm_http_send(session->http, "GET", url, NULL, output->file, &response, &why);
+    if (st && ferror(output->file))
+        return pm_error_set_at(err, st, output->path, 0, 0, "%s", why.text);
+    if (st)
+        return pm_error_set(err, st, "%s", why.text);
+    if (response.status / 100 != 2)
+        st = response_error(&response, "GET", url, err);
+    pm_response_clear(&response);
+    return st;
+}
+
 pm_status pm_session_fetch(pm_session *session, const char *url, const char *path,
                            pm_error *err)
 {
     pm_output output;
-    pm_response response = {0};
     pm_status st = pm_output_open(&output, path, err);
-    if (!st) {
-        st = pm_http_send(session->http, "GET", url, NULL, output.file, &response, err);
-        if (!st && response.status / 100 != 2)
-            st = response_error(&response, "GET", url, err);
-        pm_response_clear(&response);
-    }
+    if (!st)
+        st = receive(session, url, &output, err);
     if (!st)
         return pm_output_commit(&output, err);
     pm_output_abandon(&output);
