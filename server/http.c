@@ -223,9 +223,11 @@ static pm_turn reply_range(pm_exchange *exchange, const pm_source *source, unsig
         return pm_reply_problem_json(exchange, NULL);
     }
     *stream = (struct stream){*source, first};
-    set_response(exchange, status,
-                 MHD_create_response_from_callback(length, SOURCE_BLOCK, read_stream, stream,
-                                                   free_stream));
+    struct MHD_Response *response = MHD_create_response_from_callback(
+        length, SOURCE_BLOCK, read_stream, stream, free_stream);
+    if (!response)
+        free_stream(stream);
+    set_response(exchange, status, response);
     pm_guard_sending(exchange->http->guard, exchange->guarded, length);
     return PM_TURN_REPLY;
 }

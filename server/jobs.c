@@ -130,8 +130,12 @@ static void on_progress(void *context, pm_json *progress)
 
 static void announce(pm_jobs *jobs)
 {
-    if (jobs->options.changed)
-        jobs->options.changed(jobs->options.context);
+    jobs->options.changed(jobs->options.context);
+}
+
+static void report(pm_jobs *jobs, const struct pm_work *work, const char *state)
+{
+    jobs->options.report(jobs->options.context, work->id, state);
 }
 
 static void run_work(pm_jobs *jobs, struct pm_work *work, const char *request,
@@ -334,6 +338,7 @@ static const char *run_job(pm_jobs *jobs, struct pm_work *work)
     if (!st)
         st = pm_store_job_start(jobs->options.run.store, work->id, &err);
     announce(jobs);
+    report(jobs, work, "running");
     if (!st)
         run_work(jobs, work, request, scene.main_name, &scene.bundle);
     else
@@ -351,6 +356,7 @@ static const char *run_job(pm_jobs *jobs, struct pm_work *work)
 
 static void end_job(pm_jobs *jobs, struct pm_work *work, const char *state)
 {
+    report(jobs, work, state);
     pthread_mutex_lock(&jobs->lock);
     count_end(jobs, &work->outcome, state);
     pm_outcome_clear(&work->outcome);

@@ -14,12 +14,13 @@ typedef struct pm_jobs_options {
     pm_run_settings run; /* `building` is filled in */
     unsigned workers;    /* jobs at a time, >= 1 */
     void *context;
+    void (*report)(void *context, int64_t job, const char *state); /* for a log */
     void (*changed)(void *context); /* some job or ticket has another state; from any thread */
 } pm_jobs_options;
 
 typedef struct pm_jobs_counts {
     uint64_t queued, running, waiting; /* now; waiting for the photons of another */
-    uint64_t done, failed, cancelled; /* since the start */
+    uint64_t done, failed, cancelled;  /* since the start */
     uint64_t batches_read, batches_kept;
 } pm_jobs_counts;
 

@@ -1,4 +1,5 @@
 #include <errno.h>
+#include <inttypes.h>
 #include <poll.h>
 #include <pthread.h>
 #include <signal.h>
@@ -59,8 +60,15 @@ static pm_status take_signals(struct server *server, pm_error *err)
 
 static void on_change(void *context)
 {
-    pm_service *service = context;
-    pm_http_changed(service->http);
+    const struct server *server = context;
+    pm_http_changed(server->service.http);
+}
+
+static void on_report(void *context, int64_t job, const char *state)
+{
+    const struct server *server = context;
+    if (server->options.verbose)
+        fprintf(stderr, "pmserver: job %" PRId64 ": %s\n", job, state);
 }
 
 static pm_status open_store(struct server *server, pm_error *err)
@@ -82,7 +90,8 @@ static pm_status start_jobs(struct server *server, pm_error *err)
                                              .cpu_seconds = server->options.cpu_limit,
                                              .threads = share > 1 ? (unsigned)share : 1},
                                      .workers = server->options.jobs,
-                                     .context = &server->service,
+                                     .context = server,
+                                     .report = on_report,
                                      .changed = on_change};
     return pm_jobs_new(&options, &server->service.jobs, err);
 }

@@ -19,7 +19,8 @@ enum {
     SOCKET_IN_WORKER = 3,
     FLUSH_BYTES = 32 << 20, /* batches are committed together: a commit waits for the disk */
     FLUSH_COUNT = 256,
-    END_WAIT_MS = 10000, /* for a worker that has said its last word */
+    END_WAIT_MS = 10000,     /* for a worker that has said its last word */
+    CHECK_CPU_SECONDS = 600, /* a scene that takes longer to compile is refused */
 };
 
 /* A worker under way. */
@@ -240,12 +241,19 @@ static pm_status on_keep(struct run *run, const pm_message *message)
     return tell(run, pm_json_pack("{s:s}", "type", "kept"), NULL, 0);
 }
 
+/* Names go into links. */
+static bool is_plain(const char *name)
+{
+    return *name && !name[strspn(name, "abcdefghijklmnopqrstuvwxyz-.")];
+}
+
 static pm_status on_result(struct run *run, const pm_message *message)
 {
     pm_outcome *out = run->out;
     const char *name = pm_json_get_text(message->json, "name", "");
     const char *format = pm_json_get_text(message->json, "format", "");
-    if (out->result_count == PM_RUN_RESULTS || message->file_count != 1 || !*name || !*format)
+    if (out->result_count == PM_RUN_RESULTS || message->file_count != 1 || !is_plain(name) ||
+        !is_plain(format))
         return refuse(run);
     pm_run_result *result = &out->results[out->result_count];
     snprintf(result->name, sizeof result->name, "%s", name);
@@ -332,7 +340,10 @@ static int spawn(struct run *run, int socket_of_worker)
     char parent[24], memory[24], cpu[24];
     snprintf(parent, sizeof parent, "%ld", (long)getpid());
     snprintf(memory, sizeof memory, "%llu", (unsigned long long)run->settings->memory_bytes);
-    snprintf(cpu, sizeof cpu, "%llu", (unsigned long long)run->settings->cpu_seconds);
+    uint64_t cpu_seconds = run->settings->cpu_seconds;
+    if (!run->task->request && (!cpu_seconds || cpu_seconds > CHECK_CPU_SECONDS))
+        cpu_seconds = CHECK_CPU_SECONDS;
+    snprintf(cpu, sizeof cpu, "%llu", (unsigned long long)cpu_seconds);
     char *const arguments[] = {(char *)run->settings->worker_path, parent, memory, cpu, NULL};
     char *const environment[] = {(char *)"LC_ALL=C", NULL};
     posix_spawn_file_actions_t actions;

@@ -1,5 +1,6 @@
 #include "cmocka_first.h"
 
+#include <dirent.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -32,6 +33,54 @@ static int64_t attempts(const test_server *server, const char *id)
     int64_t count = pm_json_get_integer(reply.json, "attempts", -1);
     test_reply_clear(&reply);
     return count;
+}
+
+static pid_t parent_of(const char *process)
+{
+    char path[300];
+    long parent = 0;
+    snprintf(path, sizeof path, "/proc/%s/stat", process);
+    FILE *file = fopen(path, "r");
+    if (!file)
+        return 0;                                      /* it has just ended */
+    if (fscanf(file, "%*d %*s %*c %ld", &parent) != 1) /* no name here has blanks */
+        parent = 0;
+    fclose(file);
+    return (pid_t)parent;
+}
+
+static pid_t worker_of(const test_server *server)
+{
+    pid_t worker = 0;
+    DIR *processes = opendir("/proc");
+    for (struct dirent *entry; !worker && (entry = readdir(processes));)
+        if (parent_of(entry->d_name) == server->pid)
+            worker = (pid_t)atol(entry->d_name);
+    closedir(processes);
+    assert_true(worker > 0);
+    return worker;
+}
+
+static void workers_die_with_a_killed_server(void **state)
+{
+    test_server *server = *state;
+    char hang[65], id[32];
+    test_server_start_plain(server);
+    test_scene(server, "hang", hang);
+    test_job(server, RENDER, hang, id);
+    test_until(server, id, "running");
+    char path[64];
+    snprintf(path, sizeof path, "/v1/jobs/%s", id);
+    for (bool started = false; !started;) {
+        test_reply reply = test_get(server, path);
+        started = pm_json_get(reply.json, "progress");
+        test_reply_clear(&reply);
+    }
+    pid_t worker = worker_of(server);
+    assert_int_equal(kill(worker, 0), 0);
+    test_server_stop(server, SIGKILL);
+    while (!kill(worker, 0)) /* for ever, if it lives on */
+        usleep(1000);
 }
 
 static void finished_work_survives_kill_9(void **state)
@@ -201,6 +250,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(finished_work_survives_kill_9),
+        TEST(workers_die_with_a_killed_server),
         TEST(a_job_that_kills_its_server_is_not_run_for_ever),
         TEST(sigterm_ends_workers_and_requeues),
         TEST(stopping_answers_those_who_wait),
