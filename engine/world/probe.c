@@ -52,16 +52,16 @@ static void set_shear(struct pm_probe *q)
 
 /* What lies behind the ray's start: everything up to t = 0, and of what coincides with `from`
  * that which comes before it. */
-static void set_start(struct pm_probe *q)
+static void set_start(struct pm_probe *q, uint32_t from)
 {
     q->after = (struct pm_ray_key){0, UINT32_MAX, INT64_MAX};
     q->from_group = PM_NO_PRIMITIVE;
-    if (q->from == PM_NO_PRIMITIVE)
+    if (from == PM_NO_PRIMITIVE)
         return;
-    const struct pm_shape *s = &q->shapes[q->from];
+    const struct pm_shape *s = &q->shapes[from];
     double cosine = pm_vec3_dot(pm_shape_normal(s, q->origin), q->direction);
     q->from_group = s->group;
-    q->after = pm_ray_key_make(0, s->group, q->from, s->flipped, cosine);
+    q->after = pm_ray_key_make(0, s->group, from, s->flipped, cosine);
 }
 
 bool pm_probe_init(struct pm_probe *q, const pm_world *world, const pm_ray *ray)
@@ -76,11 +76,10 @@ bool pm_probe_init(struct pm_probe *q, const pm_world *world, const pm_ray *ray)
     q->entry = 0;
     q->limit = ray->t_max;
     q->tolerance = world->tolerance;
-    q->from = ray->from;
     if (!is_in_cube(q->origin) && !enter_cube(q))
         return false;
     set_shear(q);
-    set_start(q);
+    set_start(q, ray->from);
     q->best = (struct pm_ray_key){INFINITY, 0, 0};
     return true;
 }

@@ -16,7 +16,7 @@ struct pm_probe {
     int axis[3]; /* the direction's greatest axis last; the other two span the sheared plane */
 
     double limit, tolerance;
-    uint32_t from, from_group;
+    uint32_t from_group; /* of the surface that the ray starts from, or PM_NO_PRIMITIVE */
     struct pm_ray_key after, best; /* hits up to `after` are behind; best.t = INFINITY: none */
     uint32_t best_shape, best_piece; /* PM_NO_PRIMITIVE: no polygon */
 };

@@ -24,7 +24,6 @@ struct pm_shape {
     /* Coincident shapes share a group (twins.h): its number is the index of one of them, and
      * planar ones share one plane to the last bit, up to its sign. */
     uint32_t group;
-    bool grouped; /* with others */
     bool flipped; /* axis is opposite to that of the group's first shape */
 
     /* polygon, ring: `axis` is the unit front normal, axis . p = offset the plane.

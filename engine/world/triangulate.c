@@ -16,6 +16,8 @@ enum level {
     LEVELS
 };
 
+enum { MOST_FALLBACKS = 64 };
+
 struct candidate {
     double key; /* squared length of the diagonal */
     uint32_t corner, stamp;
@@ -33,12 +35,12 @@ struct clipper {
 
     /* reflex corners by cell: items[start[c] .. start[c + 1]) */
     struct pm_point2 low;
-    double per_cell;
+    double side, per_cell;
     uint32_t columns, rows;
     uint32_t *start, *items;
 
     struct pm_triangle *out;
-    uint32_t made;
+    uint32_t made, fallbacks;
     double inverted;
 };
 
@@ -141,6 +143,7 @@ static void choose_cells(struct clipper *s, uint32_t reflex, struct pm_point2 hi
     enum { MOST = 2048 };
     double width = high.x - s->low.x, height = high.y - s->low.y;
     double side = fmax(sqrt(width * height / (reflex + 1.0)), fmax(width, height) / MOST);
+    s->side = side;
     s->per_cell = side > 0 ? 1 / side : 0;
     s->columns = (uint32_t)fmin(floor(width * s->per_cell) + 1, MOST);
     s->rows = (uint32_t)fmin(floor(height * s->per_cell) + 1, MOST);
@@ -202,19 +205,49 @@ static bool cell_blocks(const struct clipper *s, uint32_t cell, uint32_t b,
     return false;
 }
 
+/* Where the triangle lies between two heights; empty if it does not. */
+static void range_between(const struct pm_point2 abc[3], double bottom, double top, double *low,
+                          double *high)
+{
+    *low = INFINITY;
+    *high = -INFINITY;
+    for (int i = 0; i < 3; i++) {
+        struct pm_point2 p = abc[i], q = abc[(i + 1) % 3];
+        if (fmax(p.y, q.y) < bottom || fmin(p.y, q.y) > top)
+            continue;
+        double rise = q.y - p.y, at[2] = {p.x, q.x};
+        if (rise != 0) {
+            double start = fmin(fmax((bottom - p.y) / rise, 0), 1);
+            double end = fmin(fmax((top - p.y) / rise, 0), 1);
+            at[0] = p.x + start * (q.x - p.x);
+            at[1] = p.x + end * (q.x - p.x);
+        }
+        *low = fmin(*low, fmin(at[0], at[1]));
+        *high = fmax(*high, fmax(at[0], at[1]));
+    }
+}
+
+/* Looks only at the cells that the triangle meets: long thin ears aslant would meet few of
+ * those in their bounds. */
 static bool is_blocked(const struct clipper *s, uint32_t b, bool strict)
 {
     const struct pm_point2 abc[3] = {s->point[s->prev[b]], s->point[b], s->point[s->next[b]]};
-    struct pm_point2 low = abc[0], high = abc[0];
-    for (int i = 1; i < 3; i++) {
-        low = (struct pm_point2){fmin(low.x, abc[i].x), fmin(low.y, abc[i].y)};
-        high = (struct pm_point2){fmax(high.x, abc[i].x), fmax(high.y, abc[i].y)};
-    }
-    uint32_t first = cell_of(s, low), last = cell_of(s, high);
-    for (uint32_t row = first / s->columns; row <= last / s->columns; row++)
-        for (uint32_t column = first % s->columns; column <= last % s->columns; column++)
+    const double margin = 1e-6; /* [cells], against rounding */
+    double lowest = fmin(abc[0].y, fmin(abc[1].y, abc[2].y));
+    double highest = fmax(abc[0].y, fmax(abc[1].y, abc[2].y));
+    uint32_t first = cell_index(lowest, s->low.y, s->per_cell, s->rows);
+    uint32_t last = cell_index(highest, s->low.y, s->per_cell, s->rows);
+    for (uint32_t row = first; row <= last; row++) {
+        double low, high, bottom = s->low.y + (row - margin) * s->side;
+        range_between(abc, bottom, bottom + (1 + 2 * margin) * s->side, &low, &high);
+        low -= margin * s->side;
+        high += margin * s->side;
+        uint32_t left = cell_index(low, s->low.x, s->per_cell, s->columns);
+        uint32_t right = cell_index(high, s->low.x, s->per_cell, s->columns);
+        for (uint32_t column = left; column <= right; column++)
             if (cell_blocks(s, row * s->columns + column, b, abc, strict))
                 return true;
+    }
     return false;
 }
 
@@ -282,8 +315,8 @@ static bool cut_level(struct clipper *s, enum level level, bool *any)
         *any = true;
         if (!cut(s, b))
             return false;
-        /* the fallbacks cut one ear only: the strict levels may now do */
-        if (level > FLAT)
+        /* after a fallback the strict levels may do again; but not for ever */
+        if (level > FLAT && s->fallbacks++ < MOST_FALLBACKS)
             break;
     }
     return true;

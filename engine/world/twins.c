@@ -7,6 +7,10 @@
 /* ---- planar shapes: planes hashed by two numbers ---- */
 
 #define CELL 0x1p-24
+
+/* Hundreds of planes within a cell of each other, none the same: a scene made to waste time. */
+enum { MOST_TRIED = 256 };
+
 static const uint32_t NONE = UINT32_MAX;
 
 struct finder {
@@ -56,20 +60,20 @@ static uint32_t find_group(const struct finder *f, const struct pm_shape *s)
         /* this cell and its nearest neighbours */
         int64_t i = (int64_t)floor(number[0] / CELL - .5) + (k & 1);
         int64_t j = (int64_t)floor(number[1] / CELL - .5) + (k >> 1);
-        for (uint32_t l = f->bucket[bucket_of(f, i, j)]; l != NONE; l = f->next[l])
+        uint32_t l = f->bucket[bucket_of(f, i, j)];
+        for (int tried = 0; l != NONE && tried < MOST_TRIED; l = f->next[l], tried++)
             if (lies_in_plane(s, &f->world->shapes[l], f->world->tolerance))
                 return l;
     }
     return NONE;
 }
 
-static void join(struct pm_shape *s, struct pm_shape *first, uint32_t group)
+static void join(struct pm_shape *s, const struct pm_shape *first, uint32_t group)
 {
     s->flipped = pm_vec3_dot(s->axis, first->axis) < 0;
     s->axis = s->flipped ? pm_vec3_negate(first->axis) : first->axis;
     s->offset = s->flipped ? -first->offset : first->offset;
     s->group = group;
-    s->grouped = first->grouped = true;
 }
 
 static void start_group(struct finder *f, uint32_t index)
@@ -173,7 +177,6 @@ static pm_status find_curved(pm_world *world)
         if (k == 0 || compare_parameters(&world->shapes[curved[k - 1]], s) != 0)
             continue;
         s->group = world->shapes[curved[k - 1]].group;
-        s->grouped = world->shapes[curved[k - 1]].grouped = true;
     }
     free(curved);
     return PM_OK;

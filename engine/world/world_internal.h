@@ -7,8 +7,9 @@
 
 /* What the files of this folder share. Nothing outside it includes this header.
  *
- * Compile order (world.c): shapes and bounds -> cube -> digests, sorted -> materials ->
- * shapes in world coordinates -> octree -> ray structure, twins -> lights. */
+ * Compile order (world.c): digests, sorted (identity.c) -> cube.c -> materials -> shapes in
+ * world coordinates (shape_make.c) -> octree.c -> coincident shapes (twins.c) -> rays.c ->
+ * lights. */
 
 struct pm_material; /* material.h */
 struct pm_lights;   /* light.c */

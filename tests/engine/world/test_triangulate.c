@@ -163,15 +163,43 @@ static void a_hundred_thousand_corners_are_covered(void **state)
     free(p);
 }
 
+/* Long thin teeth aslant: every ear's bounds hold the whole comb. */
+static void combs_of_a_hundred_thousand_corners_are_covered(void **state)
+{
+    (void)state;
+    enum { TEETH = 50000, COUNT = 2 * TEETH + 2 };
+    struct pm_point2 *p = malloc(COUNT * sizeof *p);
+    for (int i = 0; i < COUNT; i++) {
+        double x = 1 - (double)i / COUNT, y = i % 2 ? .9 : 0;
+        p[i] = (struct pm_point2){x - y, x + y};
+    }
+    p[COUNT - 2] = (struct pm_point2){.1, -.1};
+    p[COUNT - 1] = (struct pm_point2){1.1, .9};
+    assert_covers(p, COUNT, 1e-11);
+    free(p);
+}
+
 static void crossing_edges_are_reported(void **state)
 {
     (void)state;
-    const struct pm_point2 p[] = {{0, 0}, {2, 2}, {2, 0}, {0, 1}};
-    struct pm_triangle out[4];
+    enum { COUNT = 20000 };
+    const struct pm_point2 bow[] = {{0, 0}, {2, 2}, {2, 0}, {0, 1}};
+    struct pm_point2 *wild = malloc(COUNT * sizeof *wild);
+    struct pm_triangle *out = malloc(COUNT * sizeof *out);
     uint32_t made;
     double inverted;
-    assert_int_equal(pm_triangulate(p, 4, out, &made, &inverted), PM_OK);
+    assert_int_equal(pm_triangulate(bow, 4, out, &made, &inverted), PM_OK);
     assert_true(inverted > .1);
+    pm_rng rng;
+    pm_rng_init(&rng, 4, PM_RNG_PATH, 0);
+    for (int i = 0; i < COUNT; i++) {
+        wild[i].x = pm_rng_uniform(&rng);
+        wild[i].y = pm_rng_uniform(&rng);
+    }
+    assert_int_equal(pm_triangulate(wild, COUNT, out, &made, &inverted), PM_OK);
+    assert_true(inverted > .1);
+    free(wild);
+    free(out);
 }
 
 int main(void)
@@ -184,6 +212,7 @@ int main(void)
         cmocka_unit_test(random_stars_are_covered),
         cmocka_unit_test(random_holes_are_left_out),
         cmocka_unit_test(a_hundred_thousand_corners_are_covered),
+        cmocka_unit_test(combs_of_a_hundred_thousand_corners_are_covered),
         cmocka_unit_test(crossing_edges_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

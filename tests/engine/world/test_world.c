@@ -43,7 +43,7 @@ static void surfaces_too_small_beside_the_scene_are_refused(void **state)
 #define LARGE "grey sphere large 0 0 4 1e140 0 0 1e140"
     assert_refused("grey sphere s 0 0 4 0 0 0 1e-140 " LARGE, "too small");
     assert_refused("grey ring s 0 0 8 0 0 0 0 0 1 0 1e-140 " LARGE, "too small");
-    assert_refused("grey tube s 0 0 7 0 0 0 0 0 1e-140 1e130 " LARGE, "too short");
+    assert_refused("grey tube s 0 0 7 0 0 0 0 0 1e-250 1e130 " LARGE, "too short");
     assert_refused("grey cone s 0 0 8 0 0 0 1e130 0 0 0 1e-250 " LARGE, "too small");
     assert_refused("grey polygon s 0 0 9 0 0 0 1e100 0 0 0 1e100 0 " LARGE, "no area");
 }
