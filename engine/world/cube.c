@@ -7,8 +7,7 @@
 #define SMALLEST 0x1p-500
 #define LARGEST  0x1p+500
 
-/* Twice the greatest distance, in halves of the cube's edge, at which the numbers of a scene
- * still tell apart a thousandth of it. */
+/* The coarsest tolerance to work with: surfaces a 4096th of the scene apart are told apart. */
 #define COARSEST 0x1p-12
 
 static pm_status find_bounds(pm_world *world, const pm_scene *scene,
