@@ -3,6 +3,7 @@
 
 #include "base/maths.h"
 #include "photons/search.h"
+#include "world/media.h"
 
 /* Density estimates from the photons that a search finds. */
 
@@ -61,23 +62,39 @@ static double find_nearest(pm_search *search, uint32_t gather_count, double max_
 
 pm_estimate pm_photon_map_nearest(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
                                   uint32_t gather_count, double max_radius,
-                                  pm_photon_filter filter)
+                                  pm_photon_filter filter, const pm_photon_weight *weight)
 {
     pm_search search = pm_search_surface(map, point, normal, filter);
     pm_candidates found;
     double radius = find_nearest(&search, gather_count, max_radius, &found);
-    pm_flux_sum sums = pm_candidates_sum(map, &found);
+    pm_flux_sum sums = weight ? pm_candidates_sum_weighted(map, &found, weight)
+                              : pm_candidates_sum(map, &found);
     return over_disc(map, &sums, radius);
 }
 
 pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
-                                 double radius, pm_photon_filter filter)
+                                 double radius, pm_photon_filter filter,
+                                 const pm_photon_weight *weight)
 {
     assert(radius > 0 && isfinite(radius));
     pm_search search = pm_search_surface(map, point, normal, filter);
     search.bound = squared_bound(radius);
-    pm_flux_sum sums = pm_search_sum(&search);
+    pm_flux_sum sums =
+        weight ? pm_search_sum_weighted(&search, weight) : pm_search_sum(&search);
     return over_disc(map, &sums, radius);
+}
+
+/* Light that goes on towards `direction`. */
+struct phase {
+    pm_vec3 direction;
+    double g;
+};
+
+static double phase_of(const void *context, pm_vec3 wi)
+{
+    const struct phase *phase = context;
+    /* the photon came from wi, so it was going the other way */
+    return pm_phase(phase->g, -pm_vec3_dot(wi, phase->direction));
 }
 
 pm_estimate pm_photon_map_volume(const pm_photon_map *map, pm_vec3 point, pm_vec3 direction,
@@ -86,7 +103,9 @@ pm_estimate pm_photon_map_volume(const pm_photon_map *map, pm_vec3 point, pm_vec
     pm_search search = pm_search_volume(map, point);
     pm_candidates found;
     double radius = find_nearest(&search, gather_count, max_radius, &found);
-    pm_flux_sum sums = pm_candidates_sum_phase(map, &found, direction, g);
+    const struct phase phase = {direction, g};
+    pm_flux_sum sums =
+        pm_candidates_sum_weighted(map, &found, &(pm_photon_weight){phase_of, &phase});
     return over_ball(map, &sums, radius);
 }
 
@@ -96,6 +115,7 @@ pm_estimate pm_photon_map_volume_within(const pm_photon_map *map, pm_vec3 point,
     assert(radius > 0 && isfinite(radius));
     pm_search search = pm_search_volume(map, point);
     search.bound = squared_bound(radius);
-    pm_flux_sum sums = pm_search_sum_phase(&search, direction, g);
+    const struct phase phase = {direction, g};
+    pm_flux_sum sums = pm_search_sum_weighted(&search, &(pm_photon_weight){phase_of, &phase});
     return over_ball(map, &sums, radius);
 }

@@ -9,7 +9,7 @@
  * own, so that one block is tested with a few vector instructions. Above them stands a tree
  * that needs no pointers: node i of level l has the children 16 i .. 16 i + 15 of level l - 1,
  * those of level 0 are blocks. A node holds its children's boxes in 8 bits a coordinate
- * relative to its own box, and what kinds of photons they hold. Together 24 + 0.73 bytes a
+ * relative to its own box, and what kinds of photons they hold. Together 24 + 0.76 bytes a
  * photon.
  *
  * Lengths in here are grid units: 2^-31 of a world unit, so positions are signed 32-bit
@@ -58,7 +58,9 @@ struct pm_photon_map {
     size_t count, block_count;
     pm_photon_block *blocks; /* the last one is filled up with zeros */
     pm_node *nodes;          /* all levels, level 0 first */
-    size_t node_count, level_start[PM_NODE_LEVELS];
+    size_t node_count, level_start[PM_NODE_LEVELS + 1];
+    uint64_t
+        *first_code; /* of each node of level 0: pm_photon_upper_code of its first photon */
     int levels;      /* 0 of an empty map */
     pm_rgb flux_sum; /* of the packed fluxes */
 };
@@ -66,6 +68,9 @@ struct pm_photon_map {
 /* The order of stored photons: Morton code of the positions (x the most significant of each
  * triple of bits), then the bytes. As qsort wants it. */
 int pm_photon_order(const void *a, const void *b);
+
+/* The upper 63 bits of the Morton code of a position. */
+uint64_t pm_photon_upper_code(const uint32_t position[3]);
 
 /* Room for `count` photons, filled up with zeros to whole blocks; NULL if memory is short. */
 pm_photon *pm_photons_alloc(size_t count);

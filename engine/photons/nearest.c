@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/maths.h"
-#include "photons/visit.h"
+#include "photons/block_simd.h"
 
 /* Appends d2[k .. k + 3] of the lanes whose bit is set, and their indices. */
 static inline uint32_t append_four(pm_candidates *c, uint32_t n, size_t i, int k,
@@ -129,26 +129,27 @@ static double keep_nearest(pm_candidates *c, double bound)
     return limit;
 }
 
-static inline void take_candidates(void *context, pm_search *s, size_t i, unsigned lanes,
-                                   const double *d2)
+static void take_candidates(void *context, pm_search *s, const uint32_t *blocks, size_t count)
 {
     pm_candidates *c = context;
-    uint32_t n = c->count;
-    n = append_four(c, n, i, 0, lanes, d2);
-    n = append_four(c, n, i, 4, lanes, d2);
-    n = append_four(c, n, i, 8, lanes, d2);
-    n = append_four(c, n, i, 12, lanes, d2);
-    c->count = n;
-    if (n < c->wanted + c->wanted / 2 + 64)
-        return;
-    /* later photons at the same distance come later in stored order, so they lose */
-    pm_search_set_bound(s, nextafter(keep_nearest(c, s->bound), -1));
+    for (size_t i = 0; i < count; i++) {
+        _Alignas(32) double d2[PM_BLOCK_SIZE];
+        unsigned lanes = block_mask(blocks[i], s, d2);
+        uint32_t n = c->count;
+        for (int k = 0; k < PM_BLOCK_SIZE; k += 4)
+            n = append_four(c, n, blocks[i], k, lanes, d2);
+        c->count = n;
+        if (n < c->wanted + c->wanted / 2 + 64)
+            continue;
+        /* later photons at the same distance come later in stored order, so they lose */
+        pm_search_set_bound(s, nextafter(keep_nearest(c, s->bound), -1));
+    }
 }
 
 static void gather(pm_search *s, pm_candidates *c)
 {
     c->count = 0;
-    visit(s, take_candidates, c);
+    pm_search_walk(s, take_candidates, c);
 }
 
 static double farthest(const pm_candidates *c)
@@ -174,82 +175,6 @@ void pm_candidates_drop_farthest(pm_candidates *c)
     }
 }
 
-/* ---- a first radius ---- */
-
-/* True if the first photon of the block lies behind p on the Morton curve. */
-static bool starts_behind(const pm_photon_block *block, const uint32_t p[3])
-{
-    uint32_t most = 0;
-    bool behind = false;
-    for (int a = 0; a < 3;
-         a++) { /* of equally high differing bits that of the first axis counts */
-        uint32_t q = (uint32_t)block->position[a][0] ^ 0x80000000U, differ = p[a] ^ q;
-        bool higher = most < differ && most < (most ^ differ);
-        most = higher ? differ : most;
-        behind = higher ? q > p[a] : behind;
-    }
-    return behind;
-}
-
-/* The block where the point would be stored. */
-static size_t home_block(const pm_search *s)
-{
-    uint32_t p[3];
-    for (int a = 0; a < 3; a++)
-        p[a] = (uint32_t)fmin(fmax(s->point[a] + PM_GRID_PER_WORLD, 0), UINT32_MAX);
-    size_t low = 0, size = s->map->block_count;
-    while (size > 1) { /* blocks before low do not start behind, low + size and later do */
-        size_t half = size / 2;
-        low = starts_behind(&s->map->blocks[low + half], p) ? low : low + half;
-        size -= half;
-    }
-    return low;
-}
-
-/* 1 / area of a child's box, or 1 / volume [1 / steps^2 or 3]; 0 for a child that does not
- * match. */
-static float child_density(const pm_node *node, unsigned c, const pm_search *s)
-{
-    float edge[3];
-    if ((node->content[c] & s->content) != s->content)
-        return 0;
-    for (int a = 0; a < 3; a++) /* a box one step thick may be much thinner */
-        edge[a] = fmaxf((float)(node->high[a][c] - node->low[a][c]), 0.5F);
-    float xy = edge[0] * edge[1], yz = edge[1] * edge[2], zx = edge[2] * edge[0];
-    return 1 / (s->surface ? fmaxf(xy, fmaxf(yz, zx)) : xy * edge[2]);
-}
-
-/* A squared radius that probably holds somewhat more than the wanted photons, from the boxes of
- * the neighbourhood. Only speed depends on it. */
-static double guess_bound(const pm_search *s, uint32_t wanted)
-{
-    const pm_photon_map *map = s->map;
-    size_t child = home_block(s);
-    double photons = PM_BLOCK_SIZE; /* of a child */
-    int level = 0;
-    for (; level < map->levels - 1 && photons * PM_NODE_CHILDREN <= wanted; level++) {
-        photons *= PM_NODE_CHILDREN;
-        child /= PM_NODE_CHILDREN;
-    }
-    const pm_node *node = &map->nodes[map->level_start[level] + child / PM_NODE_CHILDREN];
-    child %= PM_NODE_CHILDREN;
-    _Alignas(32) float distance2[8];
-    _mm256_store_ps(distance2, child_distances(node, child & 8, point_in_node(node, s)));
-    float density = 0;
-    unsigned matching = 0;
-    for (unsigned c = 0; c < PM_NODE_CHILDREN; c++) {
-        float d = child_density(node, c, s);
-        density += d;
-        matching += d > 0;
-    }
-    double margin = wanted + 2 * sqrt(wanted),
-           measure = margin / (photons * density / matching);
-    double radius =
-        s->surface ? sqrt(measure / PM_PI) : pm_pow(measure / (4.0 / 3 * PM_PI), 1.0 / 3);
-    radius = (radius + sqrt((double)distance2[child & 7])) / (double)node->steps_per_unit;
-    return fmax(radius * radius, 1);
-}
-
 /* A squared radius beyond which there is no photon. */
 static double whole_map(const pm_search *s)
 {
@@ -271,10 +196,10 @@ double pm_search_nearest(pm_search *s, uint32_t wanted, pm_candidates *out)
         return 0;
     if (most > whole_map(s))
         most = whole_map(s);
-    double bound = guess_bound(s, wanted);
+    double bound = pm_search_guess(s, wanted);
     for (;;) {
-        s->bound = bound < most ? bound : most;
-        double searched = s->bound;
+        double searched = bound < most ? bound : most;
+        pm_search_set_bound(s, searched);
         gather(s, out);
         if (out->count >= wanted)
             return out->count > wanted ? keep_nearest(out, s->bound) : farthest(out);

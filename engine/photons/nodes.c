@@ -171,6 +171,15 @@ static void store_level(const struct build *b, int level)
     }
 }
 
+static void store_first_codes(pm_photon_map *map)
+{
+    for (size_t i = 0; i < map->level_start[1]; i++) {
+        pm_photon photon;
+        pm_photon_map_photon(map, i * PM_NODE_CHILDREN * PM_BLOCK_SIZE, &photon);
+        map->first_code[i] = pm_photon_upper_code(photon.position);
+    }
+}
+
 /* ---- all together ---- */
 
 static size_t count_levels(struct build *b)
@@ -184,6 +193,7 @@ static size_t count_levels(struct build *b)
         map->level_start[map->levels++] = nodes;
         b->level[map->levels].count = count;
         nodes += count;
+        map->level_start[map->levels] = nodes;
     } while (count > 1);
     return nodes;
 }
@@ -196,10 +206,11 @@ pm_status pm_nodes_build(pm_photon_map *map, pm_pool *pool, pm_error *err)
     size_t nodes = count_levels(&b), boxes = map->block_count + nodes;
     map->node_count = nodes;
     map->nodes = malloc(nodes * sizeof *map->nodes);
+    map->first_code = malloc(map->level_start[1] * sizeof *map->first_code);
     b.level[0].box = malloc(boxes * sizeof *b.level[0].box);
     b.level[0].content = malloc(boxes * sizeof *b.level[0].content);
     pm_status st = PM_E_MEMORY;
-    if (map->nodes && b.level[0].box && b.level[0].content) {
+    if (map->nodes && map->first_code && b.level[0].box && b.level[0].content) {
         pm_photons_run(pool, (map->block_count + PIECE - 1) / PIECE, measure_piece, &b);
         for (int l = 0; l < map->levels; l++) {
             b.level[l + 1].box = b.level[l].box + b.level[l].count;
@@ -207,6 +218,7 @@ pm_status pm_nodes_build(pm_photon_map *map, pm_pool *pool, pm_error *err)
             unite(&b.level[l], &b.level[l + 1]);
             store_level(&b, l);
         }
+        store_first_codes(map);
         st = PM_OK;
     }
     free(b.level[0].box);

@@ -112,6 +112,7 @@ void pm_photon_map_free(pm_photon_map *map)
         return;
     free(map->blocks);
     free(map->nodes);
+    free(map->first_code);
     free(map);
 }
 
@@ -128,7 +129,7 @@ size_t pm_photon_map_count(const pm_photon_map *map)
 size_t pm_photon_map_bytes(const pm_photon_map *map)
 {
     return sizeof *map + map->block_count * sizeof *map->blocks +
-           map->node_count * sizeof *map->nodes;
+           map->node_count * sizeof *map->nodes + map->level_start[1] * sizeof *map->first_code;
 }
 
 pm_rgb pm_photon_map_mean_flux(const pm_photon_map *map)

@@ -65,6 +65,13 @@ typedef enum pm_photon_filter {
     PM_PHOTONS_SPECULAR,
 } pm_photon_filter;
 
+/* What each photon's flux is multiplied by, from the unit direction it came from (away from the
+ * surface). */
+typedef struct pm_photon_weight {
+    double (*of)(const void *context, pm_vec3 wi);
+    const void *context;
+} pm_photon_weight;
+
 typedef struct pm_estimate {
     pm_rgb irradiance; /* [W/m^2]; of volumes: sum of flux * phase / volume */
     pm_rgb variance;   /* of it: sum (flux K)^2 over the photons, see below */
@@ -81,6 +88,7 @@ typedef struct pm_estimate {
  * the radius included (k > 1; the variance for k = 1 is infinite).
  *
  *   gather_count  1 .. PM_GATHER_MAX
+ *   weight        NULL: 1. It bears on the sum, not on which photons are near
  *   max_radius    > 0, INFINITY allowed. With at most k photons inside, all are summed over the
  * disc of max_radius, which keeps E unbiased. With INFINITY the farthest then sets the radius
  * and is not summed, so 0 or 1 photon give zero.
@@ -97,11 +105,12 @@ typedef struct pm_estimate {
  * Test: density_flat_floor_is_analytic, density_on_a_sphere_is_analytic. */
 pm_estimate pm_photon_map_nearest(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
                                   uint32_t gather_count, double max_radius,
-                                  pm_photon_filter filter);
+                                  pm_photon_filter filter, const pm_photon_weight *weight);
 
 /* The same with a fixed radius: E = sum flux / (pi r^2), finite r > 0. */
 pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
-                                 double radius, pm_photon_filter filter);
+                                 double radius, pm_photon_filter filter,
+                                 const pm_photon_weight *weight);
 
 /* In-scattering in a medium towards `direction` (unit; where the light is going, e.g. to the
  * eye): sum over the nearest photons of flux * phase(g) / (4/3 pi r^3), with radius, count

@@ -32,11 +32,26 @@ pm_search pm_search_surface(const pm_photon_map *map, pm_vec3 point, pm_vec3 nor
                             pm_photon_filter filter);
 pm_search pm_search_volume(const pm_photon_map *map, pm_vec3 point);
 
+/* The bound, and what follows from it. */
 static inline void pm_search_set_bound(pm_search *search, double bound)
 {
     search->bound = bound;
     search->rough_bound = (float)bound * (1 + 0x1p-20F);
 }
+
+enum { PM_TAKE_MAX = 256 };
+
+/* Takes a list of up to PM_TAKE_MAX blocks that may hold photons within the bound, in stored
+ * order. It may lower the bound. */
+typedef void pm_take_blocks(void *context, pm_search *search, const uint32_t *blocks,
+                            size_t count);
+
+/* Hands out all such blocks, a few hundred at a time. */
+void pm_search_walk(pm_search *search, pm_take_blocks *take, void *context);
+
+/* A squared radius that probably holds somewhat more than the wanted photons, from the boxes
+ * where the point would be stored. Only speed depends on it. */
+double pm_search_guess(const pm_search *search, uint32_t wanted);
 
 /* Sums of packed fluxes over photons found; squares for the variance. */
 typedef struct pm_flux_sum {
@@ -47,9 +62,7 @@ typedef struct pm_flux_sum {
 /* Sums the photons within search->bound. */
 pm_flux_sum pm_search_sum(pm_search *search);
 
-/* The same of a volume map, each photon weighted with the phase function of eccentricity g
- * towards `direction`. */
-pm_flux_sum pm_search_sum_phase(pm_search *search, pm_vec3 direction, double g);
+pm_flux_sum pm_search_sum_weighted(pm_search *search, const pm_photon_weight *weight);
 
 enum { PM_CANDIDATES = PM_GATHER_MAX + PM_GATHER_MAX / 2 + 128 };
 
@@ -70,7 +83,8 @@ void pm_candidates_drop_farthest(pm_candidates *candidates);
 
 /* Sums over the candidates. */
 pm_flux_sum pm_candidates_sum(const pm_photon_map *map, const pm_candidates *candidates);
-pm_flux_sum pm_candidates_sum_phase(const pm_photon_map *map, const pm_candidates *candidates,
-                                    pm_vec3 direction, double g);
+pm_flux_sum pm_candidates_sum_weighted(const pm_photon_map *map,
+                                       const pm_candidates *candidates,
+                                       const pm_photon_weight *weight);
 
 #endif

@@ -43,7 +43,7 @@ static uint64_t spread(uint64_t v)
     return v;
 }
 
-static uint64_t upper_code(const uint32_t p[3])
+uint64_t pm_photon_upper_code(const uint32_t p[3])
 {
     return spread(p[0] >> 11) << 2 | spread(p[1] >> 11) << 1 | spread(p[2] >> 11);
 }
@@ -87,8 +87,8 @@ static void make_entries(void *context, size_t b, unsigned thread)
     struct sort *s = context;
     struct entry *out = s->from + s->batch_start[b];
     for (size_t i = 0; i < s->batches[b].count; i++)
-        out[i] = (struct entry){upper_code(s->batches[b].photons[i].position), (uint32_t)b,
-                                (uint32_t)i};
+        out[i] = (struct entry){pm_photon_upper_code(s->batches[b].photons[i].position),
+                                (uint32_t)b, (uint32_t)i};
 }
 
 static size_t piece_end(const struct sort *s, size_t piece)

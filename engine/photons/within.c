@@ -1,6 +1,4 @@
-#include "photons/visit.h"
-
-#include "world/media.h"
+#include "photons/block_simd.h"
 
 /* Sums over the photons within a fixed radius. */
 
@@ -68,17 +66,29 @@ static inline void add_four(struct sums *t, const pm_photon_block *b, int k, uns
                 _mm256_castsi256_pd(unit));
 }
 
-static inline void take_sum(void *context, pm_search *s, size_t i, unsigned lanes,
-                            const double *d2)
+/* Lists the blocks with photons within the bound, then sums: neither loop has a branch to
+ * guess. */
+static void take_sum(void *context, pm_search *s, const uint32_t *blocks, size_t count)
 {
-    (void)d2;
     struct sums *t = context;
-    const pm_photon_block *b = &s->map->blocks[i];
-    t->count += (uint32_t)__builtin_popcount(lanes);
-    add_four(t, b, 0, lanes);
-    add_four(t, b, 4, lanes);
-    add_four(t, b, 8, lanes);
-    add_four(t, b, 12, lanes);
+    struct sums here = *t;
+    struct hit {
+        uint32_t block, lanes;
+    } hits[PM_TAKE_MAX];
+    size_t hit_count = 0;
+    for (size_t i = 0; i < count; i++) {
+        _Alignas(32) double distance2[PM_BLOCK_SIZE];
+        unsigned lanes = block_mask(blocks[i], s, distance2);
+        hits[hit_count] = (struct hit){blocks[i], lanes};
+        hit_count += lanes != 0;
+    }
+    for (size_t i = 0; i < hit_count; i++) {
+        const pm_photon_block *b = &s->map->blocks[hits[i].block];
+        here.count += (uint32_t)__builtin_popcount(hits[i].lanes);
+        for (int k = 0; k < PM_BLOCK_SIZE; k += 4)
+            add_four(&here, b, k, hits[i].lanes);
+    }
+    *t = here;
 }
 
 static pm_rgb rgb_of_lanes(const __m256d v[3])
@@ -96,46 +106,47 @@ pm_flux_sum pm_search_sum(pm_search *search)
 {
     const __m256d zero = _mm256_setzero_pd();
     struct sums t = {{zero, zero, zero}, {zero, zero, zero}, 0};
-    visit(search, take_sum, &t);
+    pm_search_set_bound(search, search->bound);
+    pm_search_walk(search, take_sum, &t);
     return (pm_flux_sum){rgb_of_lanes(t.sum), rgb_of_lanes(t.square), t.count};
 }
 
-/* ---- volumes ---- */
+/* ---- sums with a weight by direction ---- */
 
-struct phase_sums {
+struct weighted_sums {
     pm_flux_sum *out;
-    pm_vec3 direction;
-    double g;
+    const pm_photon_weight *weight;
 };
 
-static void add_phase(const pm_photon_map *map, size_t i, pm_vec3 direction, double g,
-                      pm_flux_sum *out)
+static void add_weighted(const pm_photon_map *map, size_t i, const pm_photon_weight *weight,
+                         pm_flux_sum *out)
 {
     pm_photon photon;
     pm_photon_map_photon(map, i, &photon);
-    /* the photon came from its direction, so it was going the other way */
-    double cosine = -pm_vec3_dot(pm_photon_direction(&photon), direction);
-    pm_rgb v = pm_rgb_scale(pm_photon_flux(&photon), pm_phase(g, cosine));
+    double factor = weight->of(weight->context, pm_photon_direction(&photon));
+    pm_rgb v = pm_rgb_scale(pm_photon_flux(&photon), factor);
     out->sum = pm_rgb_add(out->sum, v);
     out->square = pm_rgb_add(out->square, pm_rgb_mul(v, v));
     out->count++;
 }
 
-static inline void take_phase(void *context, pm_search *s, size_t i, unsigned lanes,
-                              const double *d2)
+static void take_weighted(void *context, pm_search *s, const uint32_t *blocks, size_t count)
 {
-    (void)d2;
-    const struct phase_sums *t = context;
-    for (; lanes; lanes &= lanes - 1)
-        add_phase(s->map, i * PM_BLOCK_SIZE + (unsigned)__builtin_ctz(lanes), t->direction,
-                  t->g, t->out);
+    const struct weighted_sums *t = context;
+    for (size_t i = 0; i < count; i++) {
+        _Alignas(32) double distance2[PM_BLOCK_SIZE];
+        for (unsigned lanes = block_mask(blocks[i], s, distance2); lanes; lanes &= lanes - 1)
+            add_weighted(s->map, blocks[i] * PM_BLOCK_SIZE + (unsigned)__builtin_ctz(lanes),
+                         t->weight, t->out);
+    }
 }
 
-pm_flux_sum pm_search_sum_phase(pm_search *search, pm_vec3 direction, double g)
+pm_flux_sum pm_search_sum_weighted(pm_search *search, const pm_photon_weight *weight)
 {
     pm_flux_sum out = {{0, 0, 0}, {0, 0, 0}, 0};
-    struct phase_sums t = {&out, direction, g};
-    visit(search, take_phase, &t);
+    struct weighted_sums t = {&out, weight};
+    pm_search_set_bound(search, search->bound);
+    pm_search_walk(search, take_weighted, &t);
     return out;
 }
 
@@ -162,11 +173,11 @@ pm_flux_sum pm_candidates_sum(const pm_photon_map *map, const pm_candidates *c)
                          rgb_of_pixel(_mm256_add_pd(square[0], square[1])), c->count};
 }
 
-pm_flux_sum pm_candidates_sum_phase(const pm_photon_map *map, const pm_candidates *c,
-                                    pm_vec3 direction, double g)
+pm_flux_sum pm_candidates_sum_weighted(const pm_photon_map *map, const pm_candidates *c,
+                                       const pm_photon_weight *weight)
 {
     pm_flux_sum out = {{0, 0, 0}, {0, 0, 0}, 0};
     for (uint32_t i = 0; i < c->count; i++)
-        add_phase(map, c->index[i], direction, g, &out);
+        add_weighted(map, c->index[i], weight, &out);
     return out;
 }

@@ -95,7 +95,7 @@ static void put_queries(const pm_photon_map *map, pm_batch *photons, struct quer
         out->point[i] = pm_photon_position(&photon);
         out->normal[i] = pm_photon_normal(&photon);
         out->radius[i] = pm_photon_map_nearest(map, out->point[i], out->normal[i], GATHER,
-                                               INFINITY, PM_PHOTONS_ALL)
+                                               INFINITY, PM_PHOTONS_ALL, NULL)
                              .radius;
     }
     pm_photon_map_free(sorted);
@@ -124,10 +124,10 @@ static double look_up(const pm_photon_map *map, const struct queries *q, int nea
         bench_time start = bench_now();
         for (size_t i = 0; i < QUERIES; i++)
             photons += nearest ? pm_photon_map_nearest(map, q->point[i], q->normal[i], GATHER,
-                                                       INFINITY, PM_PHOTONS_ALL)
+                                                       INFINITY, PM_PHOTONS_ALL, NULL)
                                      .count
                                : pm_photon_map_within(map, q->point[i], q->normal[i],
-                                                      q->radius[i], PM_PHOTONS_ALL)
+                                                      q->radius[i], PM_PHOTONS_ALL, NULL)
                                      .count;
         best = fmax(best, 1e-6 * QUERIES / bench_since(start).cpu);
         *used = photons / QUERIES;

@@ -27,8 +27,8 @@ static void over_floor(const pm_photon_map *map, unsigned side, uint32_t k, doub
 {
     for (unsigned i = 0; i < side * side; i++) {
         pm_vec3 p = {1.6 * (i % side + .5) / side - .8, 1.6 * (i / side + .5) / side - .8, -.5};
-        pm_estimate e = k ? pm_photon_map_nearest(map, p, up, k, max_radius, PM_PHOTONS_ALL)
-                          : pm_photon_map_within(map, p, up, max_radius, PM_PHOTONS_ALL);
+        pm_estimate e = k ? pm_photon_map_nearest(map, p, up, k, max_radius, PM_PHOTONS_ALL, NULL)
+                          : pm_photon_map_within(map, p, up, max_radius, PM_PHOTONS_ALL, NULL);
         add(context, &e);
     }
 }
@@ -146,9 +146,9 @@ static void density_on_a_sphere_is_analytic(void **state)
     for (uint64_t seed = 0; seed < 500; seed++) {
         pm_photon_map *map = field_map(field_sphere, seed, 2000);
         pm_vec3 n = field_direction(&rng), p = pm_vec3_scale(n, .5);
-        pm_estimate e = pm_photon_map_nearest(map, p, n, 100, INFINITY, PM_PHOTONS_ALL);
+        pm_estimate e = pm_photon_map_nearest(map, p, n, 100, INFINITY, PM_PHOTONS_ALL, NULL);
         field_add(&nearest, e.irradiance.g);
-        e = pm_photon_map_within(map, p, n, .2, PM_PHOTONS_ALL);
+        e = pm_photon_map_within(map, p, n, .2, PM_PHOTONS_ALL, NULL);
         field_add(&within, e.irradiance.g);
         pm_photon_map_free(map);
     }
@@ -158,11 +158,11 @@ static void density_on_a_sphere_is_analytic(void **state)
 
 static void assert_dark(const pm_photon_map *map, pm_vec3 p, pm_vec3 n, double radius)
 {
-    pm_estimate e = pm_photon_map_nearest(map, p, n, 50, radius, PM_PHOTONS_ALL);
+    pm_estimate e = pm_photon_map_nearest(map, p, n, 50, radius, PM_PHOTONS_ALL, NULL);
     assert_int_equal(e.count, 0);
     assert_true(e.irradiance.g == 0 && e.variance.g == 0 && e.radius == 0);
     if (isfinite(radius)) {
-        e = pm_photon_map_within(map, p, n, radius, PM_PHOTONS_ALL);
+        e = pm_photon_map_within(map, p, n, radius, PM_PHOTONS_ALL, NULL);
         assert_int_equal(e.count, 0);
     }
 }
@@ -177,7 +177,7 @@ static void other_side_of_a_thin_wall_is_dark(void **state)
         assert_dark(map, (pm_vec3){x, .1, -.5}, down, INFINITY);
         assert_dark(map, (pm_vec3){x, .1, -.5}, down, .3);
         assert_int_equal(
-            pm_photon_map_within(map, (pm_vec3){x, .1, -.5}, up, .3, PM_PHOTONS_ALL).count > 0,
+            pm_photon_map_within(map, (pm_vec3){x, .1, -.5}, up, .3, PM_PHOTONS_ALL, NULL).count > 0,
             true);
     }
     pm_photon_map_free(map);
@@ -207,9 +207,9 @@ static void filter_splits_the_light_in_two(void **state)
     (void)state;
     pm_photon_map *map = field_map(field_floor, 13, 10000);
     const pm_vec3 p = {0, 0, -.5};
-    double r = .2, all = pm_photon_map_within(map, p, up, r, PM_PHOTONS_ALL).irradiance.r;
-    double plain = pm_photon_map_within(map, p, up, r, PM_PHOTONS_NOT_SPECULAR).irradiance.r;
-    double rest = pm_photon_map_within(map, p, up, r, PM_PHOTONS_SPECULAR).irradiance.r;
+    double r = .2, all = pm_photon_map_within(map, p, up, r, PM_PHOTONS_ALL, NULL).irradiance.r;
+    double plain = pm_photon_map_within(map, p, up, r, PM_PHOTONS_NOT_SPECULAR, NULL).irradiance.r;
+    double rest = pm_photon_map_within(map, p, up, r, PM_PHOTONS_SPECULAR, NULL).irradiance.r;
     assert_true(plain > 0 && rest > 0);
     assert_true(fabs(plain + rest - all) <= 1e-12 * all);
     pm_photon_map_free(map);
@@ -280,7 +280,7 @@ static void estimates_scale_with_flux_and_paths(void **state)
     pm_estimate e[2];
     for (int i = 0; i < 2; i++)
         e[i] = pm_photon_map_nearest(map[i], (pm_vec3){0, 0, -.5}, up, 50, INFINITY,
-                                     PM_PHOTONS_ALL);
+                                     PM_PHOTONS_ALL, NULL);
     assert_true(e[1].irradiance.r == e[0].irradiance.r * 0x1p-43);
     assert_true(e[1].variance.r == e[0].variance.r * 0x1p-86);
     assert_true(e[1].radius == e[0].radius);

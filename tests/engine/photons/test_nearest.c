@@ -100,14 +100,14 @@ static void check_nearest(const pm_photon_map *map, const struct query *q, struc
         radius = count ? fmax(sqrt(found[used].distance2), 0x1p-31) : 0;
     }
     pm_estimate e = pm_photon_map_nearest(map, q->point, q->normal, q->gather_count,
-                                          q->max_radius, q->filter);
+                                          q->max_radius, q->filter, NULL);
     assert_estimate(e, flux_of(map, found, used), used, radius);
 }
 
 static void check_within(const pm_photon_map *map, const struct query *q, struct found *found)
 {
     size_t count = brute_force(map, q, found);
-    pm_estimate e = pm_photon_map_within(map, q->point, q->normal, q->max_radius, q->filter);
+    pm_estimate e = pm_photon_map_within(map, q->point, q->normal, q->max_radius, q->filter, NULL);
     assert_estimate(e, flux_of(map, found, count), count, q->max_radius);
 }
 

@@ -72,8 +72,8 @@ static void sums_keep_the_whole_range_of_fluxes(void **state)
     pm_photon_map *map = field_map_of(photons, 36);
     const pm_vec3 here = {0, 0, 0}, up = {0, 0, 1};
     for (int i = 0; i < 2; i++) {
-        pm_estimate e = i ? pm_photon_map_nearest(map, here, up, 100, 1, PM_PHOTONS_ALL)
-                          : pm_photon_map_within(map, here, up, 1, PM_PHOTONS_ALL);
+        pm_estimate e = i ? pm_photon_map_nearest(map, here, up, 100, 1, PM_PHOTONS_ALL, NULL)
+                          : pm_photon_map_within(map, here, up, 1, PM_PHOTONS_ALL, NULL);
         assert_int_equal(e.count, 36);
         assert_true(fabs(e.irradiance.g * PM_PI - sum) <= 1e-14 * sum);
         assert_true(fabs(e.variance.g * PM_PI * PM_PI - square) <= 1e-14 * square);
