@@ -61,7 +61,7 @@ static double radius_at(const pm_photon_map *map, const pm_photon *photon,
         return pm_photon_map_volume(map, point, (pm_vec3){0, 0, 1}, 0, gather_count, INFINITY)
             .radius;
     return pm_photon_map_nearest(map, point, pm_photon_normal(photon), gather_count, INFINITY,
-                                 filter)
+                                 filter, NULL)
         .radius;
 }
 

@@ -83,7 +83,6 @@ struct pm_pass {
     struct pm_vertex_rule rules[PM_VERTEX_KINDS];
     struct pm_lookup volume; /* map NULL: none */
     bool shared;             /* other passes look at the same photons */
-    double fresnel_share;    /* mean of 1 - F under even light, for pm_surface.fresnel */
 };
 
 /* Chooses the rules of a pass. PM_E_RANGE for a map without radius or count. */

@@ -67,18 +67,6 @@ static void add_indirect(struct pm_vertex_rule *rule, const pm_backward_maps *ma
         add_caustics(rule, maps);
 }
 
-/* Mean of 1 - F over even light: the integral of 2 c (1 - F(c)) from 0 to 1. */
-static double even_share(void)
-{
-    enum { STEPS = 256 };
-    double sum = 0;
-    for (int i = 0; i < STEPS; i++) {
-        double cosine = (i + .5) / STEPS;
-        sum += 2 * cosine * (1 - pm_fresnel_estimate(cosine)) / STEPS;
-    }
-    return sum;
-}
-
 pm_status pm_pass_init(struct pm_pass *pass, const pm_world *world,
                        const pm_backward_maps *maps, pm_error *err)
 {
@@ -88,8 +76,7 @@ pm_status pm_pass_init(struct pm_pass *pass, const pm_world *world,
                                 "the %s map has neither a radius nor a number of "
                                 "photons, 1 to %d, to look for",
                                 pm_map_kind_name((pm_map_kind)kind), PM_GATHER_MAX);
-    *pass = (struct pm_pass){
-        .world = world, .shared = !maps->progressive, .fresnel_share = even_share()};
+    *pass = (struct pm_pass){.world = world, .shared = !maps->progressive};
     struct pm_vertex_rule *eye = &pass->rules[PM_VERTEX_EYE];
     struct pm_vertex_rule *gather = &pass->rules[PM_VERTEX_GATHER];
     struct pm_vertex_rule *sensor = &pass->rules[PM_VERTEX_SENSOR];
@@ -112,12 +99,20 @@ pm_status pm_pass_init(struct pm_pass *pass, const pm_world *world,
 
 /* ---- asking them ---- */
 
-static pm_estimate ask(const struct pm_lookup *lookup, pm_vec3 point, pm_vec3 normal)
+/* What passes a smooth coat on its way to the diffuse part below, see pm_surface.fresnel. */
+static double coat_share(const void *normal, pm_vec3 wi)
 {
+    return 1 - pm_fresnel_estimate(fabs(pm_vec3_dot(*(const pm_vec3 *)normal, wi)));
+}
+
+static pm_estimate ask(const struct pm_lookup *lookup, pm_vec3 point, pm_vec3 normal, bool coat)
+{
+    const pm_photon_weight share = {coat_share, &normal}, *weight = coat ? &share : NULL;
     if (lookup->radius > 0)
-        return pm_photon_map_within(lookup->map, point, normal, lookup->radius, lookup->filter);
+        return pm_photon_map_within(lookup->map, point, normal, lookup->radius, lookup->filter,
+                                    weight);
     return pm_photon_map_nearest(lookup->map, point, normal, lookup->gather_count, INFINITY,
-                                 lookup->filter);
+                                 lookup->filter, weight);
 }
 
 /* The share of an estimate's variance that all passes have in common. At the eye's vertex they
@@ -139,7 +134,8 @@ static void add_side(const struct pm_pass *pass, const struct pm_spot *spot, pm_
 {
     const struct pm_vertex_rule *rule = &pass->rules[vertex];
     for (int i = 0; i < rule->lookup_count; i++) {
-        pm_estimate estimate = ask(&rule->lookups[i], spot->point, normal);
+        pm_estimate estimate =
+            ask(&rule->lookups[i], spot->point, normal, spot->surface->fresnel);
         double share = common_share(pass, &rule->lookups[i], &estimate, vertex);
         pm_rgb variance = pm_rgb_mul(pm_rgb_mul(weight, weight), estimate.variance);
         value->radiance = pm_rgb_add(value->radiance, pm_rgb_mul(weight, estimate.irradiance));
@@ -152,8 +148,6 @@ void pm_lookup_surface(const struct pm_pass *pass, const struct pm_spot *spot,
 {
     const pm_surface *surface = spot->surface;
     pm_rgb weight = pm_rgb_scale(throughput, 1 / PM_PI);
-    if (surface->fresnel)
-        weight = pm_rgb_scale(weight, pass->fresnel_share);
     if (!pm_rgb_is_black(surface->diffuse_reflectance))
         add_side(pass, spot, surface->normal, pm_rgb_mul(weight, surface->diffuse_reflectance),
                  vertex, value);

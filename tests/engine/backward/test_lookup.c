@@ -265,6 +265,55 @@ static void maps_without_a_way_to_look_are_refused(void **state)
     pm_world_free(world);
 }
 
+/* Photons on a floor with a smooth coat, all from directions at one angle. */
+static double coated_radiance(double cosine)
+{
+    enum { SIDE = 64 };
+    static pm_photon photons[SIDE * SIDE];
+    pm_world *world =
+        world_of("void plastic coat 0 0 5 .5 .5 .5 .05 0\ncoat polygon floor 0 0 12 "
+                 "-1 -1 0  1 -1 0  1 1 0  -1 1 0\n");
+    pm_vec3 from = {sqrt(1 - cosine * cosine), 0, cosine};
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        pm_vec3 place = {(i % SIDE + .5) / SIDE - .5, (i / SIDE + .5) / SIDE - .5, 0};
+        pm_photon_record record = {.position = pm_world_from_scene(world, place),
+                                   .normal = {0, 0, 1},
+                                   .direction = from,
+                                   .flux = {1, 1, 1},
+                                   .specular = true};
+        pm_photon_pack(&record, 1, &photons[i]);
+    }
+    pm_map_header header = {.kind = PM_MAP_CAUSTIC,
+                            .scene = pm_world_hash(world),
+                            .paths = 1,
+                            .flux_scale = 1,
+                            .world_scale = 1,
+                            .storage_probability = 1};
+    pm_batch batch = {
+        .kind = PM_MAP_CAUSTIC, .paths = 1, .count = SIDE * SIDE, .photons = photons};
+    pm_photon_map *map = NULL;
+    assert_int_equal(pm_photon_map_build(&header, &batch, 1, NULL, &map, NULL), PM_OK);
+    pm_backward_maps maps = {.map = {[PM_MAP_CAUSTIC] = map}, .gather_count = {50, 50, 50}};
+    const pm_sensor down = {{0, 0, 1}, {0, 0, -1}};
+    struct measured m = sense(world, &maps, PM_RADIANCE, down, 2);
+    pm_photon_map_free(map);
+    pm_world_free(world);
+    return m.value[0];
+}
+
+/* Below a smooth coat the diffuse part receives 1 - F(cos), F after Radiance's normal.c. The
+ * same photons from two angles: their ratio is that of the shares, up to packed directions
+ * (2^-15) and fluxes rounded by chance (2^-10 each, 50 of them). */
+static void coats_weigh_photons_by_where_they_come_from(void **state)
+{
+    (void)state;
+    const double grazing = .1, steep = .95;
+    double want =
+        (1 - (exp(-5.85 * grazing) - .00287989916)) / (1 - (exp(-5.85 * steep) - .00287989916));
+    double ratio = coated_radiance(grazing) / coated_radiance(steep);
+    assert_true(fabs(ratio / want - 1) < 2e-3);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -278,6 +327,7 @@ int main(void)
         cmocka_unit_test(all_partitions_give_the_same_light),
         cmocka_unit_test(light_by_a_mirror_reaches_a_sensor_in_free_space),
         cmocka_unit_test(maps_without_a_way_to_look_are_refused),
+        cmocka_unit_test(coats_weigh_photons_by_where_they_come_from),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
