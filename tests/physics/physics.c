@@ -87,7 +87,8 @@ pm_job job_of(pm_job_kind kind, int ambient_bounces)
 void want_map(pm_job *job, pm_map_kind kind, uint64_t count, uint32_t gather_count)
 {
     job->wanted.estimator = PM_NEAREST;
-    job->wanted.maps[kind] = (pm_map_wanted){.wanted = true, .count = count, .gather_count = gather_count};
+    job->wanted.maps[kind] =
+        (pm_map_wanted){.wanted = true, .count = count, .gather_count = gather_count};
 }
 
 const struct mode modes[MODES] = {
@@ -130,6 +131,57 @@ void run_job(const pm_job *job, const char *text, const pm_job_hooks *hooks, pm_
     if (st)
         fail_msg("%s:%d:%d: %s", err.file, err.line, err.column, err.text);
     assert_int_equal(answer->nonfinite, 0);
+}
+
+static struct stored *find(const struct store *store, const pm_digest *family, uint64_t index)
+{
+    for (size_t i = 0; i < store->count; i++)
+        if (store->list[i].index == index && pm_digest_equal(&store->list[i].family, family))
+            return &store->list[i];
+    return NULL;
+}
+
+static bool store_fetch(void *context, const pm_digest *family, uint64_t index,
+                        const void **data, size_t *size)
+{
+    struct store *store = context;
+    const struct stored *found = find(store, family, index);
+    if (!found)
+        return false;
+    store->fetched++;
+    *data = found->bytes.data;
+    *size = found->bytes.size;
+    return true;
+}
+
+static void store_keep(void *context, const pm_digest *family, pm_map_kind kind, uint64_t index,
+                       const pm_bytes *bytes)
+{
+    struct store *store = context;
+    (void)kind;
+    store->kept++;
+    assert_null(find(store, family, index));
+    store->list = realloc(store->list, (store->count + 1) * sizeof *store->list);
+    assert_non_null(store->list);
+    struct stored *added = &store->list[store->count++];
+    *added = (struct stored){*family, index, {0}};
+    added->bytes.data = malloc(bytes->size);
+    assert_non_null(added->bytes.data);
+    memcpy(added->bytes.data, bytes->data, bytes->size);
+    added->bytes.size = bytes->size;
+}
+
+pm_job_hooks store_hooks(struct store *store)
+{
+    return (pm_job_hooks){.context = store, .fetch = store_fetch, .keep = store_keep};
+}
+
+void store_clear(struct store *store)
+{
+    for (size_t i = 0; i < store->count; i++)
+        free(store->list[i].bytes.data);
+    free(store->list);
+    *store = (struct store){0};
 }
 
 void run_seeds(pm_job *job, const char *text, unsigned count, struct stat *stats)
@@ -176,8 +228,7 @@ pm_rgb flux_of(const pm_photon_map *map, size_t i, pm_vec3 *position)
     pm_photon photon;
     pm_photon_map_photon(map, i, &photon);
     if (position)
-        *position =
-            pm_vec3_madd(h->world_center, h->world_scale, pm_photon_position(&photon));
+        *position = pm_vec3_madd(h->world_center, h->world_scale, pm_photon_position(&photon));
     double unit = h->flux_scale * h->world_scale * h->world_scale / (double)h->paths;
     return pm_rgb_scale(pm_photon_flux(&photon), unit);
 }

@@ -94,6 +94,20 @@ void look_at(pm_job *job, const pm_sensor *sensors, size_t count, pm_quantity qu
 /* Fails the test with the engine's words if the job fails, or if a sample was not finite. */
 void run_job(const pm_job *job, const char *text, const pm_job_hooks *hooks, pm_answer *answer);
 
+/* A store of batches in memory, for jobs that share them: hooks of `fetch` and `keep`. */
+struct store {
+    struct stored {
+        pm_digest family;
+        uint64_t index;
+        pm_bytes bytes;
+    } * list;
+    size_t count;
+    size_t fetched, kept; /* calls that found a batch, that brought one */
+};
+
+pm_job_hooks store_hooks(struct store *store);
+void store_clear(struct store *store);
+
 /* Runs seeds 1 .. count; each gives one number to stats[3 * sensor + channel]. */
 void run_seeds(pm_job *job, const char *text, unsigned count, struct stat *stats);
 

@@ -15,13 +15,15 @@ struct balance {
 
 static void add_seed(struct balance *b, const pm_answer *answer)
 {
-    pm_rgb e = answer->emitted, rest = pm_rgb_sub(pm_rgb_sub(e, answer->absorbed), answer->escaped);
+    pm_rgb e = answer->emitted,
+           rest = pm_rgb_sub(pm_rgb_sub(e, answer->absorbed), answer->escaped);
     stat_add(&b->difference[0], rest.r / e.r);
     stat_add(&b->difference[1], rest.g / e.g);
     stat_add(&b->difference[2], rest.b / e.b);
     stat_add(&b->escaped, pm_rgb_mean(answer->escaped) / pm_rgb_mean(e));
     double paths = PM_BATCH_PATHS * b->escaped.count;
-    b->power = pm_rgb_scale(pm_rgb_add(pm_rgb_scale(b->power, paths - PM_BATCH_PATHS), e), 1 / paths);
+    b->power =
+        pm_rgb_scale(pm_rgb_add(pm_rgb_scale(b->power, paths - PM_BATCH_PATHS), e), 1 / paths);
 }
 
 /* One progressive pass a seed, with a sensor that does not matter. */
@@ -53,8 +55,8 @@ static void expect_balance(const struct balance *b, const double power[3], doubl
     }
 }
 
-/* A lamp 1 x 1 of that radiance: pi L. Roulette and lobes have noise, emission none where there is
- * one light. */
+/* A lamp 1 x 1 of that radiance: pi L. Roulette and lobes have noise, emission none where there
+ * is one light. */
 #define LAMP                                                                                   \
     "void light bright 0 0 3 10 8 6\n"                                                         \
     "bright polygon lamp 0 0 12 -.5 -.5 .98 -.5 .5 .98 .5 .5 .98 .5 -.5 .98\n"
@@ -68,7 +70,8 @@ static void closed_diffuse_box_absorbs_all(void **state)
     assert_true(b.escaped.mean == 0);
 }
 
-/* Glass ball and pane, mirror, smooth and rough metal and plastic, in a box without its front. */
+/* Glass ball and pane, mirror, smooth and rough metal and plastic, in a box without its front.
+ */
 static void open_box_of_specular_things_balances(void **state)
 {
     (void)state;
@@ -93,11 +96,11 @@ static void open_box_of_specular_things_balances(void **state)
 static void mist_balances(void **state)
 {
     (void)state;
-    struct balance b =
-        balance_of(LAMP "void plastic wall 0 0 5 .5 .5 .5 0 0\n"
-                        "wall polygon floor 0 0 12 -1 -1 -1 1 -1 -1 1 1 -1 -1 1 -1\n"
-                        "void mist fog 0 0 7 .3 1 3 .9 .5 1 .6  fog sphere cloud 0 0 4 0 0 0 2\n"
-                        "void dielectric ball 0 0 5 .9 .8 .7 1.5 0  ball sphere a 0 0 4 0 0 -.5 .3\n");
+    struct balance b = balance_of(
+        LAMP "void plastic wall 0 0 5 .5 .5 .5 0 0\n"
+             "wall polygon floor 0 0 12 -1 -1 -1 1 -1 -1 1 1 -1 -1 1 -1\n"
+             "void mist fog 0 0 7 .3 1 3 .9 .5 1 .6  fog sphere cloud 0 0 4 0 0 0 2\n"
+             "void dielectric ball 0 0 5 .9 .8 .7 1.5 0  ball sphere a 0 0 4 0 0 -.5 .3\n");
     expect_balance(&b, lamp_power, 0);
     assert_true(b.escaped.mean > .1);
 }
@@ -107,24 +110,26 @@ static void mist_balances(void **state)
 static void sun_and_sky_on_translucent_things_balance(void **state)
 {
     (void)state;
-    struct balance b = balance_of("void light sun 0 0 3 100 90 80  sun source s 0 0 4 .6 0 .8 2\n"
-                                  "void glow sky 0 0 4 .1 .2 .3 0  sky source t 0 0 4 0 0 1 180\n"
-                                  "void trans cloth 0 0 7 .6 .5 .4 .03 0 .5 .3\n"
-                                  "cloth polygon tent 0 0 12 -1 -1 0 1 -1 0 1 1 1 -1 1 1\n"
-                                  "void trans felt 0 0 7 .6 .5 .4 .03 .2 .5 .3\n"
-                                  "felt polygon tarp 0 0 12 -1 -1 .5 1 -1 .5 1 1 .2 -1 1 .2\n"
-                                  "void metal steel 0 0 5 .6 .6 .6 .7 .2\n"
-                                  "steel polygon ground 0 0 12 -1 -1 -1 1 -1 -1 1 1 -1 -1 1 -1\n");
+    struct balance b =
+        balance_of("void light sun 0 0 3 100 90 80  sun source s 0 0 4 .6 0 .8 2\n"
+                   "void glow sky 0 0 4 .1 .2 .3 0  sky source t 0 0 4 0 0 1 180\n"
+                   "void trans cloth 0 0 7 .6 .5 .4 .03 0 .5 .3\n"
+                   "cloth polygon tent 0 0 12 -1 -1 0 1 -1 0 1 1 1 -1 1 1\n"
+                   "void trans felt 0 0 7 .6 .5 .4 .03 .2 .5 .3\n"
+                   "felt polygon tarp 0 0 12 -1 -1 .5 1 -1 .5 1 1 .2 -1 1 .2\n"
+                   "void metal steel 0 0 5 .6 .6 .6 .7 .2\n"
+                   "steel polygon ground 0 0 12 -1 -1 -1 1 -1 -1 1 1 -1 -1 1 -1\n");
     double area = PI * 3, sun = 4 * PI * pow(sin(PI / 360), 2), sky = 2 * PI, power[3];
     for (int c = 0; c < 3; c++)
         power[c] = area * (sun * (100 - 10 * c) + sky * .1 * (c + 1));
-    /* Sobol numbers pick the lights, so of n paths the shares are right to 1 / n, and with colours
-     * within a factor of 10 of each other the power is to 10 / n. */
+    /* Sobol numbers pick the lights, so of n paths the shares are right to 1 / n, and with
+     * colours within a factor of 10 of each other the power is to 10 / n. */
     expect_balance(&b, power, 10. / PM_BATCH_PATHS);
 }
 
-/* A spotlight with a focus keeps part of its light back; an illum shines for a window; antimatter cuts a
- * glass block. A cone of half angle b shines pi L A sin(b)^2 onto its front side. */
+/* A spotlight with a focus keeps part of its light back; an illum shines for a window;
+ * antimatter cuts a glass block. A cone of half angle b shines pi L A sin(b)^2 onto its front
+ * side. */
 static void special_lights_and_antimatter_balance(void **state)
 {
     (void)state;

@@ -83,8 +83,8 @@ static void caustic_flux_of_a_mirror_ball_equals_the_reference(void **state)
 }
 
 /* A look-up is the mean over a disc about the sensor, so at the peak of a caustic, where the
- * irradiance falls off to all sides, it lies between the irradiance there and the mean over the widest
- * disc. */
+ * irradiance falls off to all sides, it lies between the irradiance there and the mean over the
+ * widest disc. */
 static void look_ups_at_the_peak_lie_between_its_means_over_discs(void **state)
 {
     (void)state;
@@ -104,8 +104,7 @@ static void look_ups_at_the_peak_lie_between_its_means_over_discs(void **state)
             double middle = (point.mean[REF_CAUSTIC][c] + wide.mean[REF_CAUSTIC][c]) / 2;
             double half = (point.mean[REF_CAUSTIC][c] - wide.mean[REF_CAUSTIC][c]) / 2;
             expect_equal_means(modes[i].name, &got[c], direct + middle,
-                               point.standard_error[REF_CAUSTIC][c],
-                               half + middle / PHOTONS);
+                               point.standard_error[REF_CAUSTIC][c], half + middle / PHOTONS);
         }
     }
 }

@@ -3,8 +3,8 @@
 
 /* ---- a floor in even light ---- */
 
-/* A sun 1 at the zenith above a clear slab: the floor has irradiance (1 - f) / (1 + f), f = .04 the
- * reflectance of one face, all of it specular light. The floor reflects .001. */
+/* A sun 1 at the zenith above a clear slab: the floor has irradiance (1 - f) / (1 + f), f = .04
+ * the reflectance of one face, all of it specular light. The floor reflects .001. */
 #define FLOOR_IRRADIANCE (.96 / 1.04)
 
 #define SLAB_OVER_FLOOR                                                                        \
@@ -35,9 +35,10 @@ static void floor_grid(pm_sensor sensors[POINTS])
 }
 
 /* The K nearest within the distance of the next one: K / A is unbiased for photons that fell
- * independently, since A is gamma distributed with K + 1 and E[1 / A] = density / K. Photons that are
- * spread more evenly than by chance, as the Sobol points of the sun's are, have A between K
- * and K + 1 over the density: at most 1 / K too much or, at K + 1, 1 / (K + 1) too little. */
+ * independently, since A is gamma distributed with K + 1 and E[1 / A] = density / K. Photons
+ * that are spread more evenly than by chance, as the Sobol points of the sun's are, have A
+ * between K and K + 1 over the density: at most 1 / K too much or, at K + 1, 1 / (K + 1) too
+ * little. */
 static void nearest_photons_on_an_even_floor_give_its_irradiance(void **state)
 {
     (void)state;
@@ -77,8 +78,8 @@ static void photons_within_a_radius_on_an_even_floor_give_its_irradiance(void **
 
 /* ---- how errors fall ---- */
 
-/* An integrating sphere of albedo 1/2 with a lamp in its middle: see test_furnace.c. Its photons
- * fall evenly and independently. */
+/* An integrating sphere of albedo 1/2 with a lamp in its middle: see test_furnace.c. Its
+ * photons fall evenly and independently. */
 #define LAMP_RADIUS .02
 #define SPHERE                                                                                 \
     "void light bright 0 0 3 1 1 1  bright sphere lamp 0 0 4 0 0 0 .02\n"                      \
@@ -103,9 +104,9 @@ static void expect_ratio(const char *what, double got, double want, double error
                  100 * (got / want - 1), 100 * K_SIGMA * error);
 }
 
-/* K / A with A gamma distributed with K + 1 has relative variance 1 / (K - 1). Its excess kurtosis
- * (inverse gamma, a = K + 1) is 6 (5 a - 11) / ((a - 3)(a - 4)), so that a deviation measured
- * from n values has the relative error sqrt((excess + 2) / (4 n)). */
+/* K / A with A gamma distributed with K + 1 has relative variance 1 / (K - 1). Its excess
+ * kurtosis (inverse gamma, a = K + 1) is 6 (5 a - 11) / ((a - 3)(a - 4)), so that a deviation
+ * measured from n values has the relative error sqrt((excess + 2) / (4 n)). */
 static void error_of_nearest_photons_falls_with_the_root_of_their_number(void **state)
 {
     (void)state;
@@ -138,9 +139,9 @@ static void error_of_nearest_photons_falls_with_the_root_of_their_number(void **
 }
 
 /* Flux in a fixed disc from N paths. A path hits the wall indirectly G times, geometric with
- * P(again) = AGAIN: mean m = a / (1 - a), variance v = a / (1 - a)^2; each hit falls on the disc with
- * chance c = r^2 / 4. So the relative variance is (m (1 - c) + c v) c / (c m)^2 / N. Discs apart
- * count as independent: their correlation is of order c. */
+ * P(again) = AGAIN: mean m = a / (1 - a), variance v = a / (1 - a)^2; each hit falls on the
+ * disc with chance c = r^2 / 4. So the relative variance is (m (1 - c) + c v) c / (c m)^2 / N.
+ * Discs apart count as independent: their correlation is of order c. */
 enum { DISCS = 12, RUNS = 40 };
 #define DISC_RADIUS .4
 
@@ -192,8 +193,8 @@ static void one_batch(const pm_world *world, pm_pool *pool, uint64_t seed, struc
     pm_batch out[PM_MAP_KINDS] = {0};
     options.seed = seed;
     assert_int_equal(pm_forward_new(world, &options, pool, &forward, NULL), PM_OK);
-    assert_int_equal(pm_forward_batch(forward, 0, 1U << PM_MAP_GLOBAL, pool, NULL, NULL, out, NULL),
-                     PM_OK);
+    assert_int_equal(
+        pm_forward_batch(forward, 0, 1U << PM_MAP_GLOBAL, pool, NULL, NULL, out, NULL), PM_OK);
     for (int i = 0; i < 4; i++)
         count_discs(world, &out[PM_MAP_GLOBAL], pm_forward_flux_scale(forward),
                     (uint32_t)PM_BATCH_PATHS >> (2 * i), &got[i]);
@@ -222,8 +223,8 @@ static void error_of_a_disc_falls_with_the_root_of_the_paths(void **state)
     pm_world_free(world);
 }
 
-/* Nearly all of the error of N = K m photons is the K's: a look-up of all maps with K a fixed share of
- * N falls like 1 / sqrt(N). With K fixed it stays: the peer's trap. */
+/* Nearly all of the error of N = K m photons is the K's: a look-up of all maps with K a fixed
+ * share of N falls like 1 / sqrt(N). With K fixed it stays: the peer's trap. */
 static void error_falls_only_if_the_gather_count_grows_with_the_map(void **state)
 {
     (void)state;

@@ -35,8 +35,7 @@ static void irradiance_falls_with_the_square_of_distance(void **state)
     double want[COUNT];
     for (int i = 0; i < COUNT; i++) {
         pm_vec3 d = {.6, 0, .8};
-        sensors[i] =
-            (pm_sensor){pm_vec3_scale(d, distances[i]), pm_vec3_negate(d)};
+        sensors[i] = (pm_sensor){pm_vec3_scale(d, distances[i]), pm_vec3_negate(d)};
         want[i] = PI * .01 / (distances[i] * distances[i]);
     }
     expect_sensors(LAMP, sensors, COUNT, want);
@@ -78,8 +77,10 @@ static void diffuse_radiance_is_the_same_from_everywhere(void **state)
     pm_job job = job_of(PM_JOB_TRACE, 0);
     look_at(&job, eyes, 8, PM_RADIANCE);
     job.passes = 16;
-    run_seeds(&job, LAMP "void plastic p 0 0 5 .5 .5 .5 0 0\n"
-                         "p ring floor 0 0 8 0 0 -1 0 0 1 0 2\n", SEEDS, got);
+    run_seeds(&job,
+              LAMP "void plastic p 0 0 5 .5 .5 .5 0 0\n"
+                   "p ring floor 0 0 8 0 0 -1 0 0 1 0 2\n",
+              SEEDS, got);
     double square = .3 * .3 + 1, irradiance = PI * .01 / square / sqrt(square);
     for (int i = 0; i < 24; i++)
         expect_mean("radiance", &got[i], .5 / PI * irradiance * radiance[i % 3], 0);

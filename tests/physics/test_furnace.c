@@ -1,17 +1,17 @@
 /* Closed rooms whose radiance is known exactly.
  *
- * In a sphere of radius R each point of the wall sees each other with the same form factor, dA /
- * (4 pi R^2). So light that the wall scatters lights all of it evenly, and so does a lamp that
- * covers a cap or hangs in the middle. */
+ * In a sphere of radius R each point of the wall sees each other with the same form factor, dA
+ * / (4 pi R^2). So light that the wall scatters lights all of it evenly, and so does a lamp
+ * that covers a cap or hangs in the middle. */
 #include "physics.h"
 
 /* ---- the room with a lamp for a cap ---- */
 
-/* A disc closes the sphere z < CAP_HEIGHT; from the wall it is seen as the cap that it replaces,
- * a share f of the sphere's area (Archimedes: (R - h) / 2R). So with radiance Le in the lamp the
- * wall has direct irradiance pi Le f, of each flux it scatters 1 - f falls on itself again, and
- *   E = pi Le f + rho (1 - f) E,  radiance L = rho E / pi = rho Le f / (1 - rho (1 - f)):
- * the furnace Lo / (1 - a) with Lo = rho Le f, a = rho (1 - f). */
+/* A disc closes the sphere z < CAP_HEIGHT; from the wall it is seen as the cap that it
+ * replaces, a share f of the sphere's area (Archimedes: (R - h) / 2R). So with radiance Le in
+ * the lamp the wall has direct irradiance pi Le f, of each flux it scatters 1 - f falls on
+ * itself again, and E = pi Le f + rho (1 - f) E,  radiance L = rho E / pi = rho Le f / (1 - rho
+ * (1 - f)): the furnace Lo / (1 - a) with Lo = rho Le f, a = rho (1 - f). */
 #define CAP_HEIGHT .8
 #define CAP_RADIUS .6
 #define CAP_SHARE  ((1 - CAP_HEIGHT) / 2)
@@ -48,8 +48,8 @@ static void spread(pm_sensor sensors[DIRECTIONS], bool on_wall)
 
 static const double albedos[] = {.5, .9, .99};
 
-/* The chord of radius r cuts a cap of area pi r^2 exactly from a sphere, so the flat kernel has no
- * bias on a curved wall. */
+/* The chord of radius r cuts a cap of area pi r^2 exactly from a sphere, so the flat kernel has
+ * no bias on a curved wall. */
 static void furnace_radiance_by_progressive_passes(void **state)
 {
     (void)state;
@@ -90,12 +90,13 @@ static void furnace_radiance_by_global_map_at_the_eye(void **state)
     }
 }
 
-/* A gather ray may end near the cap's rim, where no photons lie on one side. Within a distance d < r
- * of a straight edge the disc of radius r misses the share (acos x - x sqrt(1 - x^2)) / pi of its
- * area, x = d / r: 2 / (3 pi) = .2122 on average. N photons spread over 4 pi have K in a disc of
- * radius r = 2 sqrt(K / N); at the edge itself K + 1 photons need up to sqrt(2) times as much. Of all
- * gather rays the strip of that width along the rim gets (2 pi CAP_RADIUS sqrt(2) r) / (4 pi), so
- * the loss is less than .2122 CAP_RADIUS r / sqrt(2) of what photons bring. */
+/* A gather ray may end near the cap's rim, where no photons lie on one side. Within a distance
+ * d < r of a straight edge the disc of radius r misses the share (acos x - x sqrt(1 - x^2)) /
+ * pi of its area, x = d / r: 2 / (3 pi) = .2122 on average. N photons spread over 4 pi have K
+ * in a disc of radius r = 2 sqrt(K / N); at the edge itself K + 1 photons need up to sqrt(2)
+ * times as much. Of all gather rays the strip of that width along the rim gets (2 pi CAP_RADIUS
+ * sqrt(2) r) / (4 pi), so the loss is less than .2122 CAP_RADIUS r / sqrt(2) of what photons
+ * bring. */
 static double rim_loss(void)
 {
     double radius = 2 * sqrt((double)GATHER / PHOTONS);
@@ -192,10 +193,10 @@ static void lossless_objects_vanish_in_an_even_sky(void **state)
 /* ---- the integrating sphere ---- */
 
 /* A black spherical lamp of radius a and radiance 1 in the middle: Phi = 4 pi^2 a^2. All of the
- * wall's direct irradiance is Phi / A, A = 4 pi. By reciprocity the wall's light falls on the lamp
- * with the share a^2 (lamp's area over A times 1), where it is absorbed, so
- *   E = Phi / A / (1 - rho (1 - a^2)),  indirect Phi rho (1 - a^2) / (A (1 - rho (1 - a^2))),
- * which is Phi rho / (A (1 - rho)) for a small lamp. */
+ * wall's direct irradiance is Phi / A, A = 4 pi. By reciprocity the wall's light falls on the
+ * lamp with the share a^2 (lamp's area over A times 1), where it is absorbed, so E = Phi / A /
+ * (1 - rho (1 - a^2)),  indirect Phi rho (1 - a^2) / (A (1 - rho (1 - a^2))), which is Phi rho
+ * / (A (1 - rho)) for a small lamp. */
 #define LAMP_RADIUS .15
 
 static char *integrating_sphere(double albedo, double lamp)
@@ -256,9 +257,9 @@ static void integrating_sphere_direct_irradiance(void **state)
 }
 
 /* A path lives for 1 / (1 - .999 (1 - a^2)) = 286 bounces with a = .05. How many it makes is
- * geometric, with a deviation like its mean, so the wall's flux has a relative error of 2^-8 from
- * 2^16 paths; what the sensors scatter about it shows in them. Beyond the default bound of 5000
- * scatterings lies exp(-5000 / 286) = 3e-8 of the light. */
+ * geometric, with a deviation like its mean, so the wall's flux has a relative error of 2^-8
+ * from 2^16 paths; what the sensors scatter about it shows in them. Beyond the default bound of
+ * 5000 scatterings lies exp(-5000 / 286) = 3e-8 of the light. */
 static void integrating_sphere_of_albedo_999(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* Every kind of light, by quadrature over its area: what next events bring to a sensor, and what
- * photons carry to a receiver by way of a mirror. */
+/* Every kind of light, by quadrature over its area: what next events bring to a sensor, and
+ * what photons carry to a receiver by way of a mirror. */
 #include "physics.h"
 
 /* ---- surfaces of revolution: ring, sphere, cone, cylinder ---- */
@@ -41,24 +41,31 @@ static const struct {
     const char *name, *text;
     struct band band;
 } lights[] = {
-    {"ring", "void light l 0 0 3 1 1 1  l ring a 0 0 8 .3 .1 2 0 0 -1 .2 .7\n",
+    {"ring",
+     "void light l 0 0 3 1 1 1  l ring a 0 0 8 .3 .1 2 0 0 -1 .2 .7\n",
      {.3, .1, 2, .2, 2, .7, -1, -1, 0}},
-    {"glow ring", "void glow l 0 0 4 1 1 1 0  l ring a 0 0 8 .3 .1 2 0 0 -1 .2 .7\n",
+    {"glow ring",
+     "void glow l 0 0 4 1 1 1 0  l ring a 0 0 8 .3 .1 2 0 0 -1 .2 .7\n",
      {.3, .1, 2, .2, 2, .7, -1, -1, 0}},
     {"glow ring with a radius",
      "void glow l 0 0 4 1 1 1 9  l ring a 0 0 8 .3 .1 2 0 0 -1 .2 .7\n",
      {.3, .1, 2, .2, 2, .7, -1, -1, 0}},
-    {"cylinder", "void light l 0 0 3 1 1 1  l cylinder a 0 0 7 1 0 1 1 0 2 .2\n",
+    {"cylinder",
+     "void light l 0 0 3 1 1 1  l cylinder a 0 0 7 1 0 1 1 0 2 .2\n",
      {1, 0, 1, .2, 2, .2, 1, -1, 0}},
-    {"cone", "void light l 0 0 3 1 1 1  l cone a 0 0 8 .3 0 1 .3 0 2 .1 .8\n",
+    {"cone",
+     "void light l 0 0 3 1 1 1  l cone a 0 0 8 .3 0 1 .3 0 2 .1 .8\n",
      {.3, 0, 1, .1, 2, .8, 1, -1, 0}},
-    {"cup", "void light l 0 0 3 1 1 1  l cup a 0 0 8 .3 0 1 .3 0 2 .8 .1\n",
+    {"cup",
+     "void light l 0 0 3 1 1 1  l cup a 0 0 8 .3 0 1 .3 0 2 .8 .1\n",
      {.3, 0, 1, .8, 2, .1, -1, -1, 0}},
-    {"tube", "void light l 0 0 3 1 1 1  l tube a 0 0 7 .3 0 1 .3 0 2 .6\n",
+    {"tube",
+     "void light l 0 0 3 1 1 1  l tube a 0 0 7 .3 0 1 .3 0 2 .6\n",
      {.3, 0, 1, .6, 2, .6, -1, -1, 0}},
-    /* half of 120 degrees; the focus lies |aim| behind the lamp, where Radiance lets its light come
-     * from: (d / (d + focus))^2 */
-    {"spotlight", "void spotlight l 0 0 7 1 1 1 120 0 0 -1e-9  l ring a 0 0 8 .1 0 2 0 0 -1 0 .3\n",
+    /* half of 120 degrees; the focus lies |aim| behind the lamp, where Radiance lets its light
+     * come from: (d / (d + focus))^2 */
+    {"spotlight",
+     "void spotlight l 0 0 7 1 1 1 120 0 0 -1e-9  l ring a 0 0 8 .1 0 2 0 0 -1 0 .3\n",
      {.1, 0, 2, 0, 2, .3, -1, .5, 0}},
     {"focused spotlight",
      "void spotlight l 0 0 7 1 1 1 120 0 0 -.5  l ring a 0 0 8 .1 0 2 0 0 -1 0 .3\n",
@@ -132,8 +139,8 @@ static void distant_sources_light_by_their_projected_solid_angle(void **state)
     (void)state;
     static const double angles[] = {1e-4, .533, 60, 90};
     for (int i = 0; i < 4; i++) {
-        char *text = text_of("void light l 0 0 3 1 1 1  l source a 0 0 4 0 0 1 %.17g\n" SOMETHING,
-                             angles[i]);
+        char *text = text_of(
+            "void light l 0 0 3 1 1 1  l source a 0 0 4 0 0 1 %.17g\n" SOMETHING, angles[i]);
         double sine = sin(angles[i] * PI / 360), want = PI * sine * sine;
         struct stat got = next_events(text, (pm_sensor){{1, 2, 3}, {0, 0, 1}});
         expect_mean("zenith", &got, want, 0);
@@ -159,16 +166,16 @@ static void skies_light_by_their_hemisphere(void **state)
 
 /* ---- photons by way of a mirror ---- */
 
-/* The mirror z = MIRROR shows a disc that looks down its lamps' images: as many photons as from the
- * lamps themselves on the disc's own image, z = 2 MIRROR - DISC facing up. The disc is so far to the
- * side that nothing stands in the way, and none of its photons came otherwise: its direct light is
- * not stored. */
+/* The mirror z = MIRROR shows a disc that looks down its lamps' images: as many photons as from
+ * the lamps themselves on the disc's own image, z = 2 MIRROR - DISC facing up. The disc is so
+ * far to the side that nothing stands in the way, and none of its photons came otherwise: its
+ * direct light is not stored. */
 #define MIRROR .9
 #define DISC   2.2
 #define RADIUS .8
 
 #define RECEIVER                                                                               \
-    "void mirror silver 0 0 3 1 1 1  silver ring floor 0 0 8 0 0 .9 0 0 1 0 6\n"              \
+    "void mirror silver 0 0 3 1 1 1  silver ring floor 0 0 8 0 0 .9 0 0 1 0 6\n"               \
     "void plastic dark 0 0 5 .001 .001 .001 0 0  dark ring disc 0 0 8 -2 0 2.2 0 0 -1 0 .8\n"
 
 /* Equal areas, midpoints: irradiance is smooth on the disc. */
@@ -257,10 +264,10 @@ static void glow_of_negative_radius_is_only_seen(void **state)
     expect_mean("seen", &got, 1, 0);
 }
 
-/* A mirror's image counts once, wherever the mode finds it: photons, or gather rays that meet the
- * mirror. The sensors lie under a dark disc and look down at the image of a ring around it, .8 as bright
- * and 3 below. The disc reflects a thousandth, so that light which comes to it again counts for
- * less than .001 of its irradiance; it throws no shadow on the way. */
+/* A mirror's image counts once, wherever the mode finds it: photons, or gather rays that meet
+ * the mirror. The sensors lie under a dark disc and look down at the image of a ring around it,
+ * .8 as bright and 3 below. The disc reflects a thousandth, so that light which comes to it
+ * again counts for less than .001 of its irradiance; it throws no shadow on the way. */
 static void mirror_images_count_once_in_all_modes(void **state)
 {
     (void)state;

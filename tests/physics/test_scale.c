@@ -1,5 +1,5 @@
-/* The same scene in another unit or another place: the same irradiance and radiance, and flux in
- * proportion to area. A mist's extinction is per unit of length. */
+/* The same scene in another unit or another place: the same irradiance and radiance, and flux
+ * in proportion to area. A mist's extinction is per unit of length. */
 #include "physics.h"
 
 struct place {
@@ -42,15 +42,22 @@ static char *scene_at(const struct place *place)
                    "%.17g %.17g %.17g %.17g %.17g %.17g\n",
                    lamp.x, lamp.y, lamp.z, .25 * s, ball.x, ball.y, ball.z, .4 * s, extinction,
                    extinction, extinction, fog.x, fog.y, fog.z, 2 * s, floor.x, floor.y,
-                   floor.z, 1.5 * s, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, d.x, d.y, d.z);
+                   floor.z, 1.5 * s, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, d.x, d.y,
+                   d.z);
 }
 
 /* ---- what is compared ---- */
 
-enum { FLOOR_POINTS = 8, WALL_POINTS = 4, SENSORS = FLOOR_POINTS + WALL_POINTS, RAYS = 8, PHOTONS = 4000 };
+enum {
+    FLOOR_POINTS = 8,
+    WALL_POINTS = 4,
+    SENSORS = FLOOR_POINTS + WALL_POINTS,
+    RAYS = 8,
+    PHOTONS = 4000
+};
 
 struct measured {
-    struct stat flux[3];               /* of the caustic's middle [W / scale^2] */
+    struct stat flux[3]; /* of the caustic's middle [W / scale^2] */
     struct stat irradiance[3 * SENSORS];
     struct stat radiance[3 * RAYS];
 };
@@ -63,7 +70,8 @@ static void measure(const struct place *place, struct measured *out)
     for (int i = 0; i < FLOOR_POINTS; i++) /* from the caustic's middle outwards */
         sensors[i] = (pm_sensor){at(place, .1 * i - .1, .03 * i, 0), {0, 0, 1}};
     for (int i = 0; i < WALL_POINTS; i++)
-        sensors[FLOOR_POINTS + i] = (pm_sensor){at(place, .3 * i - .5, 1, .4 + .2 * i), {0, -1, 0}};
+        sensors[FLOOR_POINTS + i] =
+            (pm_sensor){at(place, .3 * i - .5, 1, .4 + .2 * i), {0, -1, 0}};
     for (int i = 0; i < RAYS; i++) /* past the ball and through it, to floor and wall */
         rays[i] = (pm_sensor){at(place, .2 * i - .7, -1.5, 1.4), {0, 1, -.1 * i}};
     memset(out, 0, sizeof *out);
@@ -107,8 +115,8 @@ static void answers_do_not_depend_on_unit_and_place(void **state)
     }
 }
 
-/* The comparison is with the truth, too: the reference's flux in the same disc. A map that ends with
- * photon N is off by 1 / N. */
+/* The comparison is with the truth, too: the reference's flux in the same disc. A map that ends
+ * with photon N is off by 1 / N. */
 static void caustic_of_the_unscaled_scene_is_the_references(void **state)
 {
     (void)state;

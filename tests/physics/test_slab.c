@@ -31,7 +31,8 @@ static double slab_transmittance(double angle, double index, double tn, double t
     return pane(mean_reflectance(index, cos(angle)), pow(tn, thickness / inner));
 }
 
-/* glass: the polarisations apart, tn the transmittance of the pane's thickness at right angles. */
+/* glass: the polarisations apart, tn the transmittance of the pane's thickness at right angles.
+ */
 static double glass_transmittance(double angle, double index, double tn)
 {
     double inner = sqrt(1 - pow(sin(angle) / index, 2)), s, p;
@@ -52,11 +53,10 @@ static char *sun(double angle)
                    l, l, l, sin(angle), cos(angle), SUN_DEGREES);
 }
 
-/* Over the sun's disc f(angle) differs in the mean from its middle by at most the greatest second
- * difference, that at its rim. */
-#define SUN_RADIUS (SUN_DEGREES * PI / 360)
-#define SUN_SLACK(f)                                                                           \
-    fabs((f(angle - SUN_RADIUS) + f(angle + SUN_RADIUS)) / 2 - f(angle))
+/* Over the sun's disc f(angle) differs in the mean from its middle by at most the greatest
+ * second difference, that at its rim. */
+#define SUN_RADIUS   (SUN_DEGREES * PI / 360)
+#define SUN_SLACK(f) fabs((f(angle - SUN_RADIUS) + f(angle + SUN_RADIUS)) / 2 - f(angle))
 
 #define INDEX     1.5
 #define THICKNESS .02
@@ -65,8 +65,9 @@ static const double tn[3] = {1e-9, .01, 1};
 static const double angles[3] = {0, PI / 4, 80 * PI / 180};
 
 /* A slab above a dark floor 2 x 2. At 80 degrees light enters up to .23 to the side, and each
- * reflection in the slab takes it .035 farther: the margin of .6 holds ten of them. Light that enters by
- * the slab's edges is reflected totally at its faces (index > sqrt 2), and leaves by the edges. */
+ * reflection in the slab takes it .035 farther: the margin of .6 holds ten of them. Light that
+ * enters by the slab's edges is reflected totally at its faces (index > sqrt 2), and leaves by
+ * the edges. */
 static char *slab_over_floor(double angle)
 {
     char *light = sun(angle);
@@ -93,8 +94,8 @@ static char *slab_over_floor(double angle)
 
 /* ---- claims ---- */
 
-/* The floor reflects .001, of which less than all comes back. N / paths of a map that stops at photon
- * N is off by at most 1 / N (Haldane 1945). */
+/* The floor reflects .001, of which less than all comes back. N / paths of a map that stops at
+ * photon N is off by at most 1 / N (Haldane 1945). */
 static void photons_through_a_slab_carry_its_transmittance(void **state)
 {
     (void)state;
@@ -122,8 +123,9 @@ static void rays_through_a_slab_see_its_transmittance(void **state)
     (void)state;
     for (int i = 0; i < 3; i++) {
         char *slab = slab_over_floor(0);
-        char *text = text_of("%s void glow sky 0 0 4 1 1 1 0 sky source nadir 0 0 4 0 0 -1 179\n",
-                             strstr(slab, "void dielectric"));
+        char *text =
+            text_of("%s void glow sky 0 0 4 1 1 1 0 sky source nadir 0 0 4 0 0 -1 179\n",
+                    strstr(slab, "void dielectric"));
         *strstr(text, "void plastic") = '#'; /* no floor ... */
         *strstr(text, "dark polygon") = '#';
         pm_sensor sensors[64];
@@ -178,14 +180,14 @@ static void next_events_through_glass_carry_its_transmittance(void **state)
 
 /* ---- total reflection ---- */
 
-/* A prism under 45 degrees: in by the face z = 0 at right angles, reflected at x + z = 1, out by
- * x = 0. The legs reflect f, the long face r, and all orders retrace the same way:
- *   out of x = 0:  (1 - f)^2 r / (1 - f^2 r^2),   out of x + z = 1:  (1 - f)(1 - r) / (1 - f r). */
+/* A prism under 45 degrees: in by the face z = 0 at right angles, reflected at x + z = 1, out
+ * by x = 0. The legs reflect f, the long face r, and all orders retrace the same way: out of x
+ * = 0:  (1 - f)^2 r / (1 - f^2 r^2),   out of x + z = 1:  (1 - f)(1 - r) / (1 - f r). */
 #define PRISM                                                                                  \
-    "glass_ polygon in 0 0 12 0 -1 0 0 1 0 1 1 0 1 -1 0\n"                                    \
-    "glass_ polygon out 0 0 12 0 -1 0 0 -1 1 0 1 1 0 1 0\n"                                   \
-    "glass_ polygon long 0 0 12 1 -1 0 1 1 0 0 1 1 0 -1 1\n"                                  \
-    "glass_ polygon left 0 0 9 0 -1 0 1 -1 0 0 -1 1\n"                                        \
+    "glass_ polygon in 0 0 12 0 -1 0 0 1 0 1 1 0 1 -1 0\n"                                     \
+    "glass_ polygon out 0 0 12 0 -1 0 0 -1 1 0 1 1 0 1 0\n"                                    \
+    "glass_ polygon long 0 0 12 1 -1 0 1 1 0 0 1 1 0 -1 1\n"                                   \
+    "glass_ polygon left 0 0 9 0 -1 0 1 -1 0 0 -1 1\n"                                         \
     "glass_ polygon right 0 0 9 0 1 0 0 1 1 1 1 0\n"
 
 static double leg_reflectance(double n)
@@ -218,7 +220,8 @@ static void prism_reflects_totally_beyond_the_critical_angle(void **state)
         pm_job job = job_of(PM_JOB_TRACE, 0);
         look_at(&job, sensors, 64, PM_RADIANCE);
         job.passes = 16;
-        struct stat red = run_mean(&job, text, SEEDS, 0), green = run_mean(&job, text, SEEDS, 1);
+        struct stat red = run_mean(&job, text, SEEDS, 0),
+                    green = run_mean(&job, text, SEEDS, 1);
         expect_mean("red", &red, (1 - f) * (1 - f) * r / (1 - f * f * r * r), 0);
         expect_mean("green", &green, (1 - f) * (1 - r) / (1 - f * r), 0);
         free(text);
@@ -226,8 +229,8 @@ static void prism_reflects_totally_beyond_the_critical_angle(void **state)
     assert_true(long_face_reflectance(1.5) == 1 && long_face_reflectance(1.3) < .2);
 }
 
-/* The same by photons: a sun shines into the face z = 0; what leaves x = 0 falls on a plate beside it, and
- * nothing on the one behind the long face. The plates reflect .001. */
+/* The same by photons: a sun shines into the face z = 0; what leaves x = 0 falls on a plate
+ * beside it, and nothing on the one behind the long face. The plates reflect .001. */
 static void photons_are_reflected_totally(void **state)
 {
     (void)state;
