@@ -5,7 +5,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 sh deploy/install.sh
-cmake --preset release
+cmake --preset release -DPM_TESTS=OFF
 cmake --build --preset release
 
 bin=$PWD/build/release/bin

@@ -12,7 +12,7 @@ run_preset()
 {
     preset=$1
     shift
-    cmake --preset "$preset" -DPM_WERROR=ON
+    cmake --preset "$preset" -DPM_TESTS=ON -DPM_WERROR=ON
     cmake --build --preset "$preset"
     ctest --preset "$preset" -j 2 "$@"
 }
