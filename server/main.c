@@ -18,7 +18,10 @@
 /* pmserver: options, then everything is started, then signals are waited for, then everything
  * is stopped in the opposite order. */
 
-enum { LOCK_WAIT_MS = 10000 };
+/* How long to wait for the store: the process of a worker that a killed server was just
+ * starting holds it for a moment; a private server that is ending holds it until its workers
+ * have gone. */
+enum { LOCK_WAIT_MS = 2000, PRIVATE_LOCK_WAIT_MS = 10000 };
 
 struct server {
     pm_options options;
@@ -73,10 +76,10 @@ static void on_report(void *context, int64_t job, const char *state)
 
 static pm_status open_store(struct server *server, pm_error *err)
 {
-    const pm_store_options options = {.path = server->options.store,
-                                      .limit_bytes = server->options.store_limit,
-                                      .lock_wait_ms =
-                                          server->options.exit_when_idle ? LOCK_WAIT_MS : 0};
+    const pm_store_options options = {
+        .path = server->options.store,
+        .limit_bytes = server->options.store_limit,
+        .lock_wait_ms = server->options.exit_when_idle ? PRIVATE_LOCK_WAIT_MS : LOCK_WAIT_MS};
     return pm_store_open(&options, &server->service.store, err);
 }
 

@@ -315,3 +315,12 @@ void test_until(const test_server *server, const char *id, const char *wanted)
         sleep_ms(10);
     }
 }
+
+void test_cancel(const test_server *server, const char *id)
+{
+    char path[96];
+    snprintf(path, sizeof path, "/v1/jobs/%s", id);
+    test_reply reply = test_ask(server, "DELETE", path, NULL, NULL, 0);
+    assert_true(reply.status == 202 || reply.status == 200); /* it may have ended by now */
+    test_reply_clear(&reply);
+}

@@ -70,6 +70,8 @@ void test_scene(const test_server *server, const char *text, char id[65]);
 void test_job(const test_server *server, const char *format, const char *scene, char id[32]);
 /* Waits until a job has ended; the document, to be freed. */
 pm_json *test_finish(const test_server *server, const char *id);
+/* Cancels a job that has not ended. */
+void test_cancel(const test_server *server, const char *id);
 /* Waits until a job's state is `state`. */
 void test_until(const test_server *server, const char *id, const char *state);
 

@@ -106,8 +106,7 @@ static void finished_work_survives_kill_9(void **state)
     test_expect(test_get(server, path), 200);
     test_until(server, running, "running"); /* again */
     assert_int_equal(attempts(server, running), 2);
-    snprintf(path, sizeof path, "/v1/jobs/%s", running);
-    test_expect(test_ask(server, "DELETE", path, NULL, NULL, 0), 202);
+    test_cancel(server, running);
     pm_json *job = test_finish(server, queued);
     assert_string_equal(pm_json_get_text(job, "state", ""), "done");
     pm_json_free(job);

@@ -322,8 +322,7 @@ static void waiting_ends_with_the_state_or_the_time(void **state)
              id);
     int socket = test_connect(server);
     test_send(socket, request, strlen(request));
-    snprintf(path, sizeof path, "/v1/jobs/%s", id);
-    test_expect(test_ask(server, "DELETE", path, NULL, NULL, 0), 202);
+    test_cancel(server, id);
     reply = test_receive(socket);
     assert_text(reply.json, "state", "cancelled");
     test_reply_clear(&reply);
@@ -345,8 +344,7 @@ static void a_queued_job_is_cancelled_at_once(void **state)
     test_reply_clear(&reply);
     /* Scenes are checked meanwhile: that does not wait behind jobs. */
     test_expect(test_post(server, "/v1/scenes", "{\"text\": \"other\"}"), 201);
-    snprintf(path, sizeof path, "/v1/jobs/%s", first);
-    test_expect(test_ask(server, "DELETE", path, NULL, NULL, 0), 202);
+    test_cancel(server, first);
     pm_json *job = test_finish(server, first);
     assert_text(job, "state", "cancelled");
     pm_json_free(job);
@@ -428,7 +426,7 @@ static void two_jobs_for_the_same_photons_trace_them_once(void **state)
 static void who_waits_for_a_dead_job_goes_on(void **state)
 {
     test_server *server = *state;
-    char scene[65], first[32], second[32], path[64];
+    char scene[65], first[32], second[32];
     const char *const options[] = {"--jobs", "2", NULL};
     test_server_start(server, options);
     test_scene(server, "slow", scene);
@@ -437,8 +435,7 @@ static void who_waits_for_a_dead_job_goes_on(void **state)
     test_until(server, first, "running");
     test_job(server, MAP, scene, second);
     test_until(server, second, "running");
-    snprintf(path, sizeof path, "/v1/jobs/%s", first);
-    test_expect(test_ask(server, "DELETE", path, NULL, NULL, 0), 202);
+    test_cancel(server, first);
     pm_json *job = test_finish(server, second);
     assert_text(job, "state", "done");
     pm_json_free(job);
