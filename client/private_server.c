@@ -217,14 +217,23 @@ const char *pm_private_server_socket(const pm_private_server *server)
     return server->socket_path;
 }
 
+/* Gives the lease back. True if other clients hold it, so that the server lives on. */
+static bool leave_to_others(int lease)
+{
+    bool alone = !flock(lease, LOCK_EX | LOCK_NB);
+    /* Somebody has a lock: clients theirs, shared, or the server the exclusive one, at its end.
+     */
+    bool shared = !alone && !flock(lease, LOCK_SH | LOCK_NB);
+    close(lease);
+    return shared;
+}
+
 void pm_private_server_close(pm_private_server *server)
 {
     if (!server)
         return;
-    if (server->lease >= 0)
-        close(server->lease);
-    /* A signal ends this: others may be using the server for long. */
-    if (server->child > 0)
-        (void)!waitpid(server->child, NULL, 0);
+    bool left = server->lease >= 0 && leave_to_others(server->lease);
+    if (server->child > 0 && !left && pm_interrupted < 2)
+        (void)!waitpid(server->child, NULL, 0); /* until a signal comes */
     free(server);
 }

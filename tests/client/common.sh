@@ -1,7 +1,9 @@
-# What the scripts share. Call: sh SCRIPT BIN_FOLDER SOURCE_FOLDER
+# shellcheck shell=sh
+# What the scripts share. Call: sh SCRIPT BIN_FOLDER
 set -eu
 bin=$1
-source=$2
+# shellcheck disable=SC2034 # the scripts use it
+pm=$bin/pmclient
 work=$(mktemp -d /tmp/pm_test_XXXXXX)
 trap 'rm -rf "$work"' EXIT
 cd "$work"

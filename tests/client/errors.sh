@@ -1,7 +1,7 @@
 #!/bin/sh
 # Wrong input: the right status, a message that helps, and nothing left behind.
+# shellcheck source-path=SCRIPTDIR
 . "$(dirname "$0")/common.sh"
-pm="$bin/pmclient"
 
 expect 2 "usage:" "$pm"
 expect 2 "unknown verb" "$pm" frobnicate
@@ -48,7 +48,9 @@ expect 1 "" sh -c "'$pm' rpict -apg short.gpm -x 8 -y 8 box.rad >o.hdr"
 # Outputs.
 expect 1 "/nonexistent/a.exr" "$pm" render box.rad -x 8 -y 8 --passes 1 -vp 0 -.9 1 -o /nonexistent/a.exr
 expect 1 "cannot be written" sh -c "'$pm' rpict -x 8 -y 8 --passes 1 -vp 0 -.9 1 box.rad >/dev/full"
-ls | grep part && fail "a part of a file was left"
+for part in ./*.part*; do
+    [ ! -e "$part" ] || fail "$part was left"
+done
 expect 2 "no key" "$pm" map info ../../etc
 expect 1 "" "$pm" map info 0123
 expect 1 "" "$pm" job show 0123
