@@ -106,18 +106,45 @@ static inline unsigned block_in_volume(const pm_photon_block *b, const pm_search
     return mask;
 }
 
-/* With a single normal, whose mean with that of the search is known. */
-static inline unsigned block_flat(const pm_photon_block *b, const pm_search *s, double *d2)
+/* What a block with a single normal is tested with. */
+struct flat {
+    struct way mean;
+    __m256d height; /* greatest |m . D| so far */
+};
+
+static inline unsigned flat_four(const pm_photon_block *b, const pm_search *s, int k,
+                                 struct flat *flat, double *d2)
 {
-    const struct way mean = {_mm256_set1_pd(s->known_mean[0]), _mm256_set1_pd(s->known_mean[1]),
-                             _mm256_set1_pd(s->known_mean[2])};
+    struct way way = way_to(b, s, k);
+    __m256d distance2 = dot(way, way);
+    __m256d height = _mm256_andnot_pd(_mm256_set1_pd(-0.0), dot(way, flat->mean));
+    flat->height = _mm256_max_pd(flat->height, height);
+    _mm256_store_pd(d2 + k, distance2);
+    return within_bound(s, distance2) << k;
+}
+
+static inline unsigned block_in_plane(const pm_photon_block *b, const pm_search *s,
+                                      const struct flat *flat)
+{
     unsigned mask = 0;
     for (int k = 0; k < PM_BLOCK_SIZE; k += 4) {
         struct way way = way_to(b, s, k);
-        __m256d distance2 = dot(way, way);
-        _mm256_store_pd(d2 + k, distance2);
-        mask |= (within_bound(s, distance2) & in_plane(way, mean, distance2)) << k;
+        mask |= in_plane(way, flat->mean, dot(way, way)) << k;
     }
+    return mask;
+}
+
+/* With a single normal, whose mean with that of the search is known. */
+static inline unsigned block_flat(const pm_photon_block *b, const pm_search *s, double *d2)
+{
+    struct flat flat = {{_mm256_set1_pd(s->known_mean[0]), _mm256_set1_pd(s->known_mean[1]),
+                         _mm256_set1_pd(s->known_mean[2])},
+                        _mm256_setzero_pd()};
+    unsigned mask = flat_four(b, s, 0, &flat, d2) | flat_four(b, s, 4, &flat, d2) |
+                    flat_four(b, s, 8, &flat, d2) | flat_four(b, s, 12, &flat, d2);
+    __m256d off = _mm256_cmp_pd(flat.height, _mm256_set1_pd(PM_TANGENT_SLACK), _CMP_GT_OQ);
+    if (_mm256_movemask_pd(off) && mask)
+        mask &= block_in_plane(b, s, &flat);
     return mask;
 }
 

@@ -53,11 +53,12 @@ static double find_nearest(pm_search *search, uint32_t gather_count, double max_
 {
     assert(gather_count >= 1 && gather_count <= PM_GATHER_MAX && max_radius > 0);
     search->bound = squared_bound(max_radius);
-    double farthest2 = pm_search_nearest(search, gather_count + 1, found);
-    if (found->count <= gather_count && isfinite(max_radius))
+    double next2 = pm_search_nearest(search, gather_count, found);
+    if (isinf(next2) && isfinite(max_radius))
         return max_radius;
-    pm_candidates_drop_farthest(found);
-    return sqrt(farthest2) / PM_GRID_PER_WORLD;
+    if (isinf(next2))
+        next2 = pm_candidates_drop_farthest(found);
+    return sqrt(next2) / PM_GRID_PER_WORLD;
 }
 
 pm_estimate pm_photon_map_nearest(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,

@@ -22,6 +22,37 @@ static size_t home_node(const pm_search *s)
     return low;
 }
 
+static inline __m256 eight_floats(const uint8_t *bytes)
+{
+    __m128i packed = _mm_loadl_epi64((const __m128i *)(const void *)bytes);
+    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(packed));
+}
+
+/* Distances along one axis, in steps, from the point at q to children c .. c + 7. */
+static inline __m256 axis_distance(const pm_node *node, int axis, unsigned c, float q)
+{
+    __m256 low = eight_floats(node->low[axis] + c), high = eight_floats(node->high[axis] + c);
+    __m256 below = _mm256_sub_ps(low, _mm256_set1_ps(q));
+    __m256 above = _mm256_sub_ps(_mm256_set1_ps(q - 1), high);
+    return _mm256_max_ps(_mm256_max_ps(below, above), _mm256_setzero_ps());
+}
+
+/* Squared distances, in steps, from q to children c .. c + 7. */
+static inline __m256 child_distances(const pm_node *node, unsigned c, const float q[3])
+{
+    __m256 x = axis_distance(node, 0, c, q[0]), y = axis_distance(node, 1, c, q[1]);
+    __m256 z = axis_distance(node, 2, c, q[2]);
+    return _mm256_fmadd_ps(x, x, _mm256_fmadd_ps(y, y, _mm256_mul_ps(z, z)));
+}
+
+/* Bits 0 .. 7 as lanes. */
+static inline __m256 lanes_of(unsigned mask)
+{
+    const __m256i bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    __m256i set = _mm256_and_si256(_mm256_set1_epi32((int)mask), bits);
+    return _mm256_castsi256_ps(_mm256_cmpeq_epi32(set, bits));
+}
+
 /* Edges of the boxes of children c .. c + 7 along one axis, in steps. */
 static inline __m256 box_edges(const pm_node *node, int axis, unsigned c)
 {
@@ -62,19 +93,21 @@ struct hint {
 
 static struct hint ask_node(const pm_node *node, const pm_search *s)
 {
-    __m128 q = point_in_node(node, s);
+    _Alignas(16) float q[4];
+    _mm_store_ps(q, _mm_mul_ps(_mm256_cvtpd_ps(point_from_node(node, s)),
+                               _mm_set1_ps(node->steps_per_unit)));
     __m256 least = _mm256_set1_ps(INFINITY), sum = _mm256_setzero_ps();
-    int count = 0;
+    unsigned matching = children_match(node, s);
+    if (!matching)
+        return (struct hint){0, 0};
     for (unsigned c = 0; c < PM_NODE_CHILDREN; c += 8) {
-        __m256 match = children_match(node, c, s);
+        __m256 match = lanes_of(matching >> c);
         __m256 distance = _mm256_blendv_ps(least, child_distances(node, c, q), match);
         least = _mm256_min_ps(least, distance);
         sum = _mm256_add_ps(sum, _mm256_and_ps(box_densities(node, c, s->surface), match));
-        count += __builtin_popcount((unsigned)_mm256_movemask_ps(match));
     }
-    if (!count)
-        return (struct hint){0, 0};
-    return (struct hint){least_of_eight(least), sum_of_eight(sum) / (float)count};
+    float count = (float)__builtin_popcount(matching);
+    return (struct hint){least_of_eight(least), sum_of_eight(sum) / count};
 }
 
 double pm_search_guess(const pm_search *s, uint32_t wanted)

@@ -9,7 +9,7 @@
  * own, so that one block is tested with a few vector instructions. Above them stands a tree
  * that needs no pointers: node i of level l has the children 16 i .. 16 i + 15 of level l - 1,
  * those of level 0 are blocks. A node holds its children's boxes in 8 bits a coordinate
- * relative to its own box, and what kinds of photons they hold. Together 24 + 0.76 bytes a
+ * relative to its own box, and what kinds of photons they hold. Together 24 + 0.75 bytes a
  * photon.
  *
  * Lengths in here are grid units: 2^-31 of a world unit, so positions are signed 32-bit
@@ -36,22 +36,23 @@ typedef struct pm_photon_block {
 _Static_assert(sizeof(pm_photon_block) == PM_BLOCK_SIZE * sizeof(pm_photon),
                "a block takes what its photons take");
 
+/* What photons there are, as bits: 0 .. 26 say whether some have a normal near one of 26
+ * directions (see pm_content_sector). */
+enum pm_content {
+    PM_CONTENT_PLAIN = 27,    /* photons whose last event was not specular */
+    PM_CONTENT_SPECULAR = 28, /* those whose last event was */
+    PM_CONTENT_ANY = 29,
+    PM_CONTENTS = 30,
+};
+
 /* Child c reaches from low to high + 1 steps above the origin. */
 typedef struct pm_node {
     int32_t origin[3];
     float steps_per_unit; /* 2^-k */
     uint8_t low[3][PM_NODE_CHILDREN];
     uint8_t high[3][PM_NODE_CHILDREN];
-    uint32_t content[PM_NODE_CHILDREN]; /* pm_content bits; 0 of a child that is not there */
+    uint16_t holds[PM_CONTENTS]; /* bit c: child c has such photons */
 } pm_node;
-
-/* Bits 0..26 say whether normals near one of 26 directions are among the photons, see
- * pm_content_sector. */
-enum pm_content {
-    PM_CONTENT_PLAIN = 1 << 27,    /* photons whose last event was not specular */
-    PM_CONTENT_SPECULAR = 1 << 28, /* those whose last event was */
-    PM_CONTENT_ANY = 1 << 29,
-};
 
 struct pm_photon_map {
     pm_map_header header;
@@ -86,9 +87,8 @@ void pm_photons_run(pm_pool *pool, size_t count, void (*work)(void *, size_t, un
 /* Makes the tree over finished blocks. */
 PM_MUST_USE pm_status pm_nodes_build(pm_photon_map *map, pm_pool *pool, pm_error *err);
 
-/* The sectors whose photons may have normals within 60 degrees of `normal`: one bit that is set
- * in every block with such a photon. */
-uint32_t pm_content_sector(pm_vec3 normal);
+/* The content that every photon with a normal within 60 degrees of `normal` has. */
+unsigned pm_content_sector(pm_vec3 normal);
 
 /* All sector bits that a photon with this normal sets. */
 uint32_t pm_content_of_normal(pm_vec3 normal);

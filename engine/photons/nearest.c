@@ -4,42 +4,52 @@
 
 #include "base/maths.h"
 #include "photons/block_simd.h"
+#include "photons/list_simd.h"
 
-/* Appends d2[k .. k + 3] of the lanes whose bit is set, and their indices. */
-static inline uint32_t append_four(pm_candidates *c, uint32_t n, size_t i, int k,
-                                   unsigned lanes, const double *d2)
+/* For each set of 4 lanes, the 32-bit halves of its doubles moved to the front. */
+static const _Alignas(32) int8_t front_halves[16][8] = {
+    {0},
+    {0, 1},
+    {2, 3},
+    {0, 1, 2, 3},
+    {4, 5},
+    {0, 1, 4, 5},
+    {2, 3, 4, 5},
+    {0, 1, 2, 3, 4, 5},
+    {6, 7},
+    {0, 1, 6, 7},
+    {2, 3, 6, 7},
+    {0, 1, 2, 3, 6, 7},
+    {4, 5, 6, 7},
+    {0, 1, 4, 5, 6, 7},
+    {2, 3, 4, 5, 6, 7},
+    {0, 1, 2, 3, 4, 5, 6, 7},
+};
+
+/* Writes the doubles whose bit is set, then others up to 4; returns how many count. */
+static inline uint32_t pack_four(double *out, __m256d v, unsigned set)
 {
-    /* for each set of lanes, the 32-bit halves of its doubles moved to the front */
-    static const _Alignas(32) int8_t halves[16][8] = {{0},
-                                                      {0, 1},
-                                                      {2, 3},
-                                                      {0, 1, 2, 3},
-                                                      {4, 5},
-                                                      {0, 1, 4, 5},
-                                                      {2, 3, 4, 5},
-                                                      {0, 1, 2, 3, 4, 5},
-                                                      {6, 7},
-                                                      {0, 1, 6, 7},
-                                                      {2, 3, 6, 7},
-                                                      {0, 1, 2, 3, 6, 7},
-                                                      {4, 5, 6, 7},
-                                                      {0, 1, 4, 5, 6, 7},
-                                                      {2, 3, 4, 5, 6, 7},
-                                                      {0, 1, 2, 3, 4, 5, 6, 7}};
-    unsigned set = lanes >> k & 0xF;
-    __m256i order =
-        _mm256_cvtepi8_epi32(_mm_loadl_epi64((const __m128i *)(const void *)halves[set]));
-    __m256 moved = _mm256_permutevar8x32_ps(_mm256_castpd_ps(_mm256_load_pd(d2 + k)), order);
-    _mm256_storeu_pd(c->distance2 + n, _mm256_castps_pd(moved));
-    __m128i lane = _mm_setr_epi32(0, 1, 2, 3);
-    lane =
-        _mm_add_epi32(lane, _mm_set1_epi32((int)((uint32_t)i * PM_BLOCK_SIZE + (unsigned)k)));
-    moved = _mm256_permutevar8x32_ps(
-        _mm256_castpd_ps(_mm256_castsi256_pd(_mm256_cvtepu32_epi64(lane))), order);
-    __m256i even = _mm256_permutevar8x32_epi32(_mm256_castps_si256(moved),
-                                               _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6));
-    _mm_storeu_si128((__m128i *)(void *)(c->index + n), _mm256_castsi256_si128(even));
-    return n + (uint32_t)__builtin_popcount(set);
+    __m128i halves = _mm_loadl_epi64((const __m128i *)(const void *)front_halves[set]);
+    __m256 packed = _mm256_permutevar8x32_ps(_mm256_castpd_ps(v), _mm256_cvtepi8_epi32(halves));
+    _mm256_storeu_pd(out, _mm256_castps_pd(packed));
+    return (uint32_t)__builtin_popcount(set);
+}
+
+/* Appends the photons of block i whose bit is set. */
+static inline void append(pm_candidates *c, uint32_t i, unsigned lanes, const double *distance2)
+{
+    uint32_t n = c->count;
+    list_bits(c->index + n, i * PM_BLOCK_SIZE, lanes);
+    for (int k = 0; k < PM_BLOCK_SIZE; k += 4)
+        n += pack_four(c->distance2 + n, _mm256_load_pd(distance2 + k), lanes >> k & 0xF);
+    c->count = n;
+}
+
+/* Fills the last vector up, for the functions below. */
+static void fill_up(pm_candidates *c)
+{
+    for (uint32_t i = c->count; i % 4; i++)
+        c->distance2[i] = INFINITY;
 }
 
 static uint32_t count_up_to(const pm_candidates *c, double limit)
@@ -81,21 +91,19 @@ static double middle_double(double a, double b)
     return a;
 }
 
-/* The wanted-th least distance^2 among the candidates, at least `wanted` of which there are:
- * brackets it by interpolation and halving in turn, then walks over the last few. */
-static double select_distance(pm_candidates *c, double high)
+/* The rank-th least distance^2 among at least so many candidates, all of which are up to
+ * `high`: brackets it by interpolation and halving in turn, then walks over the last few. */
+static double select_distance(pm_candidates *c, uint32_t rank, double high)
 {
-    for (uint32_t i = c->count; i % 4; i++)
-        c->distance2[i] = INFINITY;
     double low = 0;
     uint32_t below = count_up_to(c, 0), above = c->count;
-    if (below >= c->wanted)
+    if (below >= rank)
         return 0;
     for (int turn = 0; above - below > 4 && turn < 128; turn++) {
-        double part = (c->wanted - below - 0.5) / (above - below);
+        double part = (rank - below - 0.5) / (above - below);
         double t = turn & 1 ? middle_double(low, high) : low + (high - low) * part;
         uint32_t count = count_up_to(c, t);
-        if (count >= c->wanted) {
+        if (count >= rank) {
             high = t;
             above = count;
         } else {
@@ -103,21 +111,24 @@ static double select_distance(pm_candidates *c, double high)
             below = count;
         }
     }
-    while (below < c->wanted) {
+    while (below < rank) {
         low = next_above(c, low);
         below = count_up_to(c, low);
     }
     return low;
 }
 
-/* Leaves the wanted ones; returns the greatest distance^2. */
-static double keep_nearest(pm_candidates *c, double bound)
+/* The greatest double below x >= 0, or a negative one. */
+static double just_below(double x)
 {
-    double limit = select_distance(c, bound);
-    uint32_t n = 0, closer = 0;
-    for (uint32_t i = 0; i < c->count; i++)
-        closer += c->distance2[i] < limit;
-    uint32_t ties = c->wanted - closer;
+    return x > 0 ? nextafter(x, -1) : -1;
+}
+
+/* Keeps the first `count` candidates in the order of distance, of which the farthest are at
+ * `limit`. Equal ones count in stored order, in which the candidates are and stay. */
+static void keep(pm_candidates *c, uint32_t count, double limit)
+{
+    uint32_t n = 0, ties = count - count_up_to(c, just_below(limit));
     for (uint32_t i = 0; i < c->count; i++) {
         bool tie = ties && c->distance2[i] == limit;
         ties -= tie;
@@ -126,23 +137,21 @@ static double keep_nearest(pm_candidates *c, double bound)
         n += tie || c->distance2[i] < limit;
     }
     c->count = n;
-    return limit;
 }
 
 static void take_candidates(void *context, pm_search *s, const uint32_t *blocks, size_t count)
 {
     pm_candidates *c = context;
     for (size_t i = 0; i < count; i++) {
-        _Alignas(32) double d2[PM_BLOCK_SIZE];
-        unsigned lanes = block_mask(blocks[i], s, d2);
-        uint32_t n = c->count;
-        for (int k = 0; k < PM_BLOCK_SIZE; k += 4)
-            n = append_four(c, n, blocks[i], k, lanes, d2);
-        c->count = n;
-        if (n < c->wanted + c->wanted / 2 + 64)
+        _Alignas(32) double distance2[PM_BLOCK_SIZE];
+        append(c, blocks[i], block_mask(blocks[i], s, distance2), distance2);
+        if (c->count <= c->wanted + c->wanted / 2 + 64)
             continue;
+        fill_up(c);
+        double limit = select_distance(c, c->wanted + 1, s->bound);
+        keep(c, c->wanted + 1, limit);
         /* later photons at the same distance come later in stored order, so they lose */
-        pm_search_set_bound(s, nextafter(keep_nearest(c, s->bound), -1));
+        pm_search_set_bound(s, just_below(limit));
     }
 }
 
@@ -150,29 +159,17 @@ static void gather(pm_search *s, pm_candidates *c)
 {
     c->count = 0;
     pm_search_walk(s, take_candidates, c);
+    fill_up(c);
 }
 
-static double farthest(const pm_candidates *c)
+double pm_candidates_drop_farthest(pm_candidates *c)
 {
-    double most = 0;
+    double limit = 0;
     for (uint32_t i = 0; i < c->count; i++)
-        most = c->distance2[i] > most ? c->distance2[i] : most;
-    return most;
-}
-
-void pm_candidates_drop_farthest(pm_candidates *c)
-{
-    if (!c->count)
-        return;
-    uint32_t last = 0;
-    for (uint32_t i = 1; i < c->count; i++)
-        if (c->distance2[i] >= c->distance2[last])
-            last = i;
-    c->count--;
-    for (uint32_t i = last; i < c->count; i++) {
-        c->distance2[i] = c->distance2[i + 1];
-        c->index[i] = c->index[i + 1];
-    }
+        limit = fmax(limit, c->distance2[i]);
+    if (c->count)
+        keep(c, c->count - 1, limit);
+    return limit;
 }
 
 /* A squared radius beyond which there is no photon. */
@@ -188,24 +185,22 @@ static double whole_map(const pm_search *s)
 
 double pm_search_nearest(pm_search *s, uint32_t wanted, pm_candidates *out)
 {
-    assert(wanted <= PM_GATHER_MAX + 1);
-    double most = s->bound;
+    assert(wanted && wanted <= PM_GATHER_MAX);
+    double most = fmin(s->bound, whole_map(s));
+    double bound = s->map->levels ? pm_search_guess(s, wanted + 1) : most;
     out->wanted = wanted;
-    out->count = 0;
-    if (!wanted || !s->map->levels)
-        return 0;
-    if (most > whole_map(s))
-        most = whole_map(s);
-    double bound = pm_search_guess(s, wanted);
     for (;;) {
-        double searched = bound < most ? bound : most;
+        double searched = fmin(bound, most);
         pm_search_set_bound(s, searched);
         gather(s, out);
-        if (out->count >= wanted)
-            return out->count > wanted ? keep_nearest(out, s->bound) : farthest(out);
+        if (out->count > wanted) {
+            double next = select_distance(out, wanted + 1, s->bound);
+            keep(out, wanted, next);
+            return next;
+        }
         if (searched >= most)
-            return farthest(out);
-        double missing = 1.5 * wanted / (out->count + 1.0);
+            return INFINITY;
+        double missing = 1.5 * (wanted + 1) / (out->count + 1.0);
         bound = searched * fmin(missing, 16);
     }
 }

@@ -50,7 +50,7 @@ static unsigned trit(double v, bool used)
     return used ? v < 0 ? 0 : 2 : 1;
 }
 
-uint32_t pm_content_sector(pm_vec3 n)
+unsigned pm_content_sector(pm_vec3 n)
 {
     double x = fabs(n.x), y = fabs(n.y), z = fabs(n.z);
     double most = fmax(x, fmax(y, z)), least = fmin(x, fmin(y, z));
@@ -62,8 +62,7 @@ uint32_t pm_content_sector(pm_vec3 n)
         limit = least;
     else if (most > edge)
         limit = most;
-    return 1U << (trit(n.x, x >= limit) + 3 * trit(n.y, y >= limit) +
-                  9 * trit(n.z, z >= limit));
+    return trit(n.x, x >= limit) + 3 * trit(n.y, y >= limit) + 9 * trit(n.z, z >= limit);
 }
 
 /* ---- exact boxes ---- */
@@ -86,11 +85,11 @@ static void measure_block(const struct build *b, size_t i)
     const pm_photon_block *block = &b->map->blocks[i];
     size_t left = b->map->count - i * PM_BLOCK_SIZE;
     struct box box = empty_box;
-    uint32_t content = PM_CONTENT_ANY, seen = UINT32_MAX;
+    uint32_t content = 1U << PM_CONTENT_ANY, seen = UINT32_MAX;
     for (unsigned k = 0; k < PM_BLOCK_SIZE && k < left; k++) {
         add_point(&box, block->position, k);
-        content |=
-            block->flags[k] & PM_PHOTON_SPECULAR ? PM_CONTENT_SPECULAR : PM_CONTENT_PLAIN;
+        bool specular = block->flags[k] & PM_PHOTON_SPECULAR;
+        content |= 1U << (specular ? PM_CONTENT_SPECULAR : PM_CONTENT_PLAIN);
         if (block->normal[k] == seen)
             continue;
         seen = block->normal[k];
@@ -144,7 +143,8 @@ static int node_shift(const struct box *box)
     return shift;
 }
 
-static void store_child(pm_node *node, unsigned c, const struct box *box, int shift)
+static void store_child(pm_node *node, unsigned c, const struct box *box, int shift,
+                        uint32_t content)
 {
     for (int a = 0; a < 3; a++) {
         uint32_t low = (uint32_t)box->low[a] - (uint32_t)node->origin[a];
@@ -152,6 +152,8 @@ static void store_child(pm_node *node, unsigned c, const struct box *box, int sh
         node->low[a][c] = (uint8_t)(low >> shift);
         node->high[a][c] = (uint8_t)(high >> shift);
     }
+    for (unsigned k = 0; k < PM_CONTENTS; k++)
+        node->holds[k] = (uint16_t)(node->holds[k] | (content >> k & 1) << c);
 }
 
 static void store_level(const struct build *b, int level)
@@ -164,10 +166,9 @@ static void store_level(const struct build *b, int level)
         *node = (pm_node){.steps_per_unit = 1 / (float)(1U << shift)};
         memcpy(node->origin, box->low, sizeof node->origin);
         size_t first = i * PM_NODE_CHILDREN;
-        for (unsigned c = 0; c < PM_NODE_CHILDREN && first + c < children->count; c++) {
-            store_child(node, c, &children->box[first + c], shift);
-            node->content[c] = children->content[first + c];
-        }
+        for (unsigned c = 0; c < PM_NODE_CHILDREN && first + c < children->count; c++)
+            store_child(node, c, &children->box[first + c], shift,
+                        children->content[first + c]);
     }
 }
 

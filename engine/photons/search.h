@@ -20,9 +20,9 @@ typedef struct pm_search {
     float normal[3];
     bool surface; /* test normals and tangent plane */
     pm_photon_filter filter;
-    uint32_t content;      /* what a node must hold to be entered */
+    unsigned content[2];   /* which pm_contents a node must hold to be entered */
     double bound;          /* greatest squared distance, inclusive [grid units^2] */
-    float rough_bound;     /* a little more, for boxes */
+    double radius;         /* its root */
     uint32_t known_normal; /* code of the last block with a single normal, or NO_NORMAL */
     bool known_accepted;
     double known_mean[3];
@@ -36,7 +36,7 @@ pm_search pm_search_volume(const pm_photon_map *map, pm_vec3 point);
 static inline void pm_search_set_bound(pm_search *search, double bound)
 {
     search->bound = bound;
-    search->rough_bound = (float)bound * (1 + 0x1p-20F);
+    search->radius = sqrt(fmax(bound, 0));
 }
 
 enum { PM_TAKE_MAX = 256 };
@@ -66,20 +66,20 @@ pm_flux_sum pm_search_sum_weighted(pm_search *search, const pm_photon_weight *we
 
 enum { PM_CANDIDATES = PM_GATHER_MAX + PM_GATHER_MAX / 2 + 128 };
 
-/* Photons found, in stored order. */
+/* Photons found. */
 typedef struct pm_candidates {
     uint32_t wanted, count;
     _Alignas(32) double distance2[PM_CANDIDATES]; /* [grid units^2] */
     uint32_t index[PM_CANDIDATES];
 } pm_candidates;
 
-/* Finds the `wanted` nearest photons within search->bound, or all if they are fewer. Equal
- * distances are taken in stored order. Returns the distance^2 of the farthest of them, 0 if
- * none. */
+/* Finds the `wanted` photons nearest to the point; of equally distant ones those first in
+ * stored order. Returns the squared distance of the next one, or INFINITY if no more than
+ * `wanted` lie within search->bound: then all of them are found. */
 double pm_search_nearest(pm_search *search, uint32_t wanted, pm_candidates *out);
 
-/* Drops the farthest candidate, of equal ones the last in stored order. */
-void pm_candidates_drop_farthest(pm_candidates *candidates);
+/* Drops the farthest candidate and returns its squared distance; 0 if there is none. */
+double pm_candidates_drop_farthest(pm_candidates *candidates);
 
 /* Sums over the candidates. */
 pm_flux_sum pm_candidates_sum(const pm_photon_map *map, const pm_candidates *candidates);

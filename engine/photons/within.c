@@ -9,7 +9,7 @@ pm_search pm_search_volume(const pm_photon_map *map, pm_vec3 p)
     return (pm_search){
         .map = map,
         .point = {p.x * PM_GRID_PER_WORLD, p.y * PM_GRID_PER_WORLD, p.z * PM_GRID_PER_WORLD},
-        .content = PM_CONTENT_ANY,
+        .content = {PM_CONTENT_ANY, PM_CONTENT_ANY},
     };
 }
 
@@ -20,10 +20,9 @@ pm_search pm_search_surface(const pm_photon_map *map, pm_vec3 point, pm_vec3 nor
     s.normal[0] = (float)normal.x, s.normal[1] = (float)normal.y, s.normal[2] = (float)normal.z;
     s.surface = true;
     s.filter = filter;
-    s.content =
-        pm_content_sector(normal) | (filter == PM_PHOTONS_ALL        ? PM_CONTENT_ANY
-                                     : filter == PM_PHOTONS_SPECULAR ? PM_CONTENT_SPECULAR
-                                                                     : PM_CONTENT_PLAIN);
+    s.content[0] = pm_content_sector(normal);
+    if (filter != PM_PHOTONS_ALL)
+        s.content[1] = filter == PM_PHOTONS_SPECULAR ? PM_CONTENT_SPECULAR : PM_CONTENT_PLAIN;
     s.known_normal = NO_NORMAL;
     return s;
 }

@@ -27,8 +27,9 @@ static void over_floor(const pm_photon_map *map, unsigned side, uint32_t k, doub
 {
     for (unsigned i = 0; i < side * side; i++) {
         pm_vec3 p = {1.6 * (i % side + .5) / side - .8, 1.6 * (i / side + .5) / side - .8, -.5};
-        pm_estimate e = k ? pm_photon_map_nearest(map, p, up, k, max_radius, PM_PHOTONS_ALL, NULL)
-                          : pm_photon_map_within(map, p, up, max_radius, PM_PHOTONS_ALL, NULL);
+        pm_estimate e =
+            k ? pm_photon_map_nearest(map, p, up, k, max_radius, PM_PHOTONS_ALL, NULL)
+              : pm_photon_map_within(map, p, up, max_radius, PM_PHOTONS_ALL, NULL);
         add(context, &e);
     }
 }
@@ -177,7 +178,8 @@ static void other_side_of_a_thin_wall_is_dark(void **state)
         assert_dark(map, (pm_vec3){x, .1, -.5}, down, INFINITY);
         assert_dark(map, (pm_vec3){x, .1, -.5}, down, .3);
         assert_int_equal(
-            pm_photon_map_within(map, (pm_vec3){x, .1, -.5}, up, .3, PM_PHOTONS_ALL, NULL).count > 0,
+            pm_photon_map_within(map, (pm_vec3){x, .1, -.5}, up, .3, PM_PHOTONS_ALL, NULL)
+                    .count > 0,
             true);
     }
     pm_photon_map_free(map);
@@ -208,7 +210,8 @@ static void filter_splits_the_light_in_two(void **state)
     pm_photon_map *map = field_map(field_floor, 13, 10000);
     const pm_vec3 p = {0, 0, -.5};
     double r = .2, all = pm_photon_map_within(map, p, up, r, PM_PHOTONS_ALL, NULL).irradiance.r;
-    double plain = pm_photon_map_within(map, p, up, r, PM_PHOTONS_NOT_SPECULAR, NULL).irradiance.r;
+    double plain =
+        pm_photon_map_within(map, p, up, r, PM_PHOTONS_NOT_SPECULAR, NULL).irradiance.r;
     double rest = pm_photon_map_within(map, p, up, r, PM_PHOTONS_SPECULAR, NULL).irradiance.r;
     assert_true(plain > 0 && rest > 0);
     assert_true(fabs(plain + rest - all) <= 1e-12 * all);

@@ -107,7 +107,8 @@ static void check_nearest(const pm_photon_map *map, const struct query *q, struc
 static void check_within(const pm_photon_map *map, const struct query *q, struct found *found)
 {
     size_t count = brute_force(map, q, found);
-    pm_estimate e = pm_photon_map_within(map, q->point, q->normal, q->max_radius, q->filter, NULL);
+    pm_estimate e =
+        pm_photon_map_within(map, q->point, q->normal, q->max_radius, q->filter, NULL);
     assert_estimate(e, flux_of(map, found, count), count, q->max_radius);
 }
 
