@@ -228,7 +228,8 @@ static void broken_requests_leave_the_server_standing(void **state)
                                       "Content-Length: -5\r\n\r\nx",
                                       "PUT /v1/blobs HTTP/1.1\r\nHost: localhost\r\n"
                                       "Transfer-Encoding: chunked\r\n\r\nzz\r\n"};
-    test_server_start_plain(server);
+    const char *const options[] = {"--patience", "1", NULL}; /* for what they never finish */
+    test_server_start(server, options);
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         int socket = test_connect(server);
         test_send(socket, bad[i], strlen(bad[i]));
