@@ -161,6 +161,51 @@ static void refused_options_say_why(void **state)
     }
 }
 
+/* The options of Radiance's manual pages that are not offered, each with what may follow it. */
+static void every_option_of_radiance_is_refused_with_a_reason(void **state)
+{
+    (void)state;
+    static const struct {
+        pm_verb verb;
+        const char *options;
+    } table[] = {
+        {PM_VERB_RPICT, "-vtl -vth -vtc -vta -vts -ps -pt -pj -pm -pd -dj -ds -dt -dc -dr"},
+        {PM_VERB_RPICT, "-dp -dv -dv- -ss -st -bv -bv+ -bv- -av -aw -ar -aa -ad -as -af"},
+        {PM_VERB_RPICT, "-ae -ai -aE -aI -am -ac -aC -me -ma -mg -ms -i -i+ -u -u- -lr"},
+        {PM_VERB_RPICT, "-lw -S -o -r -ro -z -P -PP -e -defaults -apcb -apd -app"},
+        {PM_VERB_RTRACE, "-f -ff -fda -fac -o -oW -ov~TmW -te -ti -tE -tI -i -u -x -y"},
+        {PM_VERB_RTRACE, "-dj -ds -dt -dc -dr -dp -dv -ss -st -bv -av -aw -ar -aa -ad"},
+        {PM_VERB_RTRACE, "-as -af -ae -ai -aE -aI -am -ac -aC -me -ma -mg -ms -lr -lw"},
+        {PM_VERB_RTRACE, "-ld -ld+ -ld- -e -P -PP"},
+        {PM_VERB_MKPMAP, "-apd -apC -app -apD -api -apI -apM -apo -apo+ -apo- -apo0"},
+        {PM_VERB_MKPMAP, "-apO -apP -aps -apS -ae -aE -ai -aI -bv -bv- -dp -ds -e -ld"},
+        {PM_VERB_MKPMAP, "-ma -me -mg -defaults"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[512], *words[WORDS_MAX];
+        snprintf(text, sizeof text, "%s", table[i].options);
+        int count = split(text, words);
+        for (int word = 0; word < count; word++) {
+            pm_options options;
+            pm_error err = PM_ERROR_INIT;
+            assert_int_equal(pm_options_parse(table[i].verb, 1, &words[word], &options, &err),
+                             PM_E_UNSUPPORTED);
+            if (strstr(err.text, "unknown option") || strstr(err.text, "has no meaning"))
+                fail_msg("%s", err.text);
+        }
+    }
+}
+
+static void long_options_take_their_value_behind_an_equals_sign(void **state)
+{
+    (void)state;
+    pm_options options;
+    assert_int_equal(parse(PM_VERB_RENDER, "a.rad --time=5m --error=2%", &options, NULL),
+                     PM_OK);
+    assert_true(options.seconds == 300);
+    assert_true(options.error == .02);
+}
+
 static void counts_take_suffixes(void **state)
 {
     (void)state;
@@ -201,6 +246,8 @@ int main(void)
         cmocka_unit_test(accepted_options_change_the_request),
         cmocka_unit_test(ambient_bounces_default_as_each_verb_promises),
         cmocka_unit_test(refused_options_say_why),
+        cmocka_unit_test(every_option_of_radiance_is_refused_with_a_reason),
+        cmocka_unit_test(long_options_take_their_value_behind_an_equals_sign),
         cmocka_unit_test(counts_take_suffixes),
         cmocka_unit_test(times_and_shares_take_units),
     };
