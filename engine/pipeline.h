@@ -109,7 +109,7 @@ typedef struct pm_answer {
     double error; /* estimated, relative; infinity if unknown */
     double cpu_seconds, wall_seconds;
     uint64_t nonfinite;
-    pm_rgb emitted, absorbed, escaped; /* shares of the traced paths [W] */
+    pm_rgb emitted, absorbed, escaped; /* [W], from the paths traced or fetched */
 } pm_answer;
 
 /* Runs the job. The bundle and everything in `job` is borrowed. */

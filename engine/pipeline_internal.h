@@ -13,6 +13,7 @@ typedef struct pm_run {
     pm_world *world;
     pm_forward *forward;
     double wall_start, cpu_start;
+    uint64_t balance_paths; /* that the answer's flux balance is the mean of */
     pm_progress progress;
 } pm_run;
 

@@ -96,12 +96,20 @@ static pm_status keep_batch(pm_run *run, const pm_digest *family, const pm_batch
     return st;
 }
 
-static void add_balance(pm_answer *answer, const pm_run *run, const pm_batch *batch)
+/* Each path of a batch carries the whole power, so what is told is the mean over the paths [W].
+ */
+static void add_balance(pm_run *run, const pm_batch *batch)
 {
-    double area = run->answer->world.scale * run->answer->world.scale;
-    answer->emitted = pm_rgb_madd(answer->emitted, area, batch->emitted);
-    answer->absorbed = pm_rgb_madd(answer->absorbed, area, batch->absorbed);
-    answer->escaped = pm_rgb_madd(answer->escaped, area, batch->escaped);
+    pm_answer *answer = run->answer;
+    double area = answer->world.scale * answer->world.scale;
+    double before = (double)run->balance_paths;
+    double after = before + batch->paths;
+    run->balance_paths += batch->paths;
+    double kept = before / after, share = area / after;
+    answer->emitted = pm_rgb_madd(pm_rgb_scale(answer->emitted, kept), share, batch->emitted);
+    answer->absorbed =
+        pm_rgb_madd(pm_rgb_scale(answer->absorbed, kept), share, batch->absorbed);
+    answer->escaped = pm_rgb_madd(pm_rgb_scale(answer->escaped, kept), share, batch->escaped);
 }
 
 /* The least number of paths whose deposits reach `missing` photons. */
@@ -175,7 +183,7 @@ static pm_status grow(pm_run *run, uint64_t index, struct growing maps[PM_MAP_KI
                 return st;
         }
         if (!counted)
-            add_balance(run->answer, run, batch);
+            add_balance(run, batch);
         counted = true;
         settle(run, (pm_map_kind)kind, map);
     }
@@ -376,7 +384,7 @@ pm_status pm_run_make_pass_maps(pm_run *run, uint32_t pass, pm_photon_map *out[P
         header.paths = traced[kind].paths;
         st = pm_photon_map_build(&header, &traced[kind], 1, run->pool, &out[kind], run->err);
         if (!counted)
-            add_balance(run->answer, run, &traced[kind]);
+            add_balance(run, &traced[kind]);
         counted = true;
         run->answer->maps[kind].present = true;
         run->answer->maps[kind].family = header.family;

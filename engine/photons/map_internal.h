@@ -9,7 +9,7 @@
  * own, so that one block is tested with a few vector instructions. Above them stands a tree
  * that needs no pointers: node i of level l has the children 16 i .. 16 i + 15 of level l - 1,
  * those of level 0 are blocks. A node holds its children's boxes in 8 bits a coordinate
- * relative to its own box, and what kinds of photons they hold. Together 24 + 0.75 bytes a
+ * relative to its own box, and what kinds of photons they hold. Together 24 + 0.88 bytes a
  * photon.
  *
  * Lengths in here are grid units: 2^-31 of a world unit, so positions are signed 32-bit
@@ -45,13 +45,16 @@ enum pm_content {
     PM_CONTENTS = 30,
 };
 
+enum { PM_NORMAL_MIXED = 0xFFFF }; /* no normal has this code */
+
 /* Child c reaches from low to high + 1 steps above the origin. */
 typedef struct pm_node {
     int32_t origin[3];
     float steps_per_unit; /* 2^-k */
     uint8_t low[3][PM_NODE_CHILDREN];
     uint8_t high[3][PM_NODE_CHILDREN];
-    uint16_t holds[PM_CONTENTS]; /* bit c: child c has such photons */
+    uint16_t holds[PM_CONTENTS];       /* bit c: child c has such photons */
+    uint16_t normal[PM_NODE_CHILDREN]; /* of all photons of the child, or PM_NORMAL_MIXED */
 } pm_node;
 
 struct pm_photon_map {

@@ -91,11 +91,11 @@ static double middle_double(double a, double b)
     return a;
 }
 
-/* The rank-th least distance^2 among at least so many candidates, all of which are up to
- * `high`: brackets it by interpolation and halving in turn, then walks over the last few. */
-static double select_distance(pm_candidates *c, uint32_t rank, double high)
+/* The rank-th least distance^2 among at least so many candidates: brackets it by interpolation
+ * and halving in turn, then walks over the last few. */
+static double select_distance(const pm_candidates *c, uint32_t rank)
 {
-    double low = 0;
+    double low = 0, high = c->limit;
     uint32_t below = count_up_to(c, 0), above = c->count;
     if (below >= rank)
         return 0;
@@ -148,16 +148,17 @@ static void take_candidates(void *context, pm_search *s, const uint32_t *blocks,
         if (c->count <= c->wanted + c->wanted / 2 + 64)
             continue;
         fill_up(c);
-        double limit = select_distance(c, c->wanted + 1, s->bound);
-        keep(c, c->wanted + 1, limit);
+        c->limit = select_distance(c, c->wanted + 1);
+        keep(c, c->wanted + 1, c->limit);
         /* later photons at the same distance come later in stored order, so they lose */
-        pm_search_set_bound(s, just_below(limit));
+        pm_search_set_bound(s, just_below(c->limit));
     }
 }
 
 static void gather(pm_search *s, pm_candidates *c)
 {
     c->count = 0;
+    c->limit = s->bound;
     pm_search_walk(s, take_candidates, c);
     fill_up(c);
 }
@@ -194,7 +195,7 @@ double pm_search_nearest(pm_search *s, uint32_t wanted, pm_candidates *out)
         pm_search_set_bound(s, searched);
         gather(s, out);
         if (out->count > wanted) {
-            double next = select_distance(out, wanted + 1, s->bound);
+            double next = select_distance(out, wanted + 1);
             keep(out, wanted, next);
             return next;
         }
@@ -202,5 +203,6 @@ double pm_search_nearest(pm_search *s, uint32_t wanted, pm_candidates *out)
             return INFINITY;
         double missing = 1.5 * (wanted + 1) / (out->count + 1.0);
         bound = searched * fmin(missing, 16);
+        s->careful = s->surface;
     }
 }

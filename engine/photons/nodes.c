@@ -4,23 +4,28 @@
 
 #include "photons/map_internal.h"
 
-/* The tree of boxes over the blocks: exact ones from the bottom up, each
- * level then stored in 8 bits a coordinate. */
+/* The tree over the blocks: groups of photons measured exactly from the bottom up, each level
+ * then stored with boxes of 8 bits a coordinate. */
 
-struct box {
+/* The photons of a block or of a node. */
+struct group {
     int32_t low[3], high[3];
+    uint32_t content; /* bits of pm_content */
+    uint32_t normal;  /* the only one, PM_NORMAL_MIXED, or NO_NORMAL while there is no photon */
 };
 
-/* Boxes of all children of one level. */
-struct child_boxes {
-    struct box *box;
-    uint32_t *content;
-    size_t count;
-};
+enum { NO_NORMAL = 0x10000 };
+
+static const struct group empty_group = {{INT32_MAX, INT32_MAX, INT32_MAX},
+                                         {INT32_MIN, INT32_MIN, INT32_MIN},
+                                         1U << PM_CONTENT_ANY,
+                                         NO_NORMAL};
 
 struct build {
     pm_photon_map *map;
-    struct child_boxes level[PM_NODE_LEVELS + 1]; /* [0]: blocks; [l + 1]: nodes of level l */
+    /* [0]: blocks; [l + 1]: nodes of level l */
+    struct group *group[PM_NODE_LEVELS + 1];
+    size_t count[PM_NODE_LEVELS + 1];
 };
 
 /* ---- what photons there are ---- */
@@ -65,39 +70,50 @@ unsigned pm_content_sector(pm_vec3 n)
     return trit(n.x, x >= limit) + 3 * trit(n.y, y >= limit) + 9 * trit(n.z, z >= limit);
 }
 
-/* ---- exact boxes ---- */
+/* ---- measuring ---- */
 
-static void add_point(struct box *box, const int32_t (*position)[PM_BLOCK_SIZE], unsigned i)
+/* Extends a group by another; also by a single photon. */
+static void unite(struct group *group, const struct group *other)
 {
     for (int a = 0; a < 3; a++) {
-        if (position[a][i] < box->low[a])
-            box->low[a] = position[a][i];
-        if (position[a][i] > box->high[a])
-            box->high[a] = position[a][i];
+        group->low[a] = other->low[a] < group->low[a] ? other->low[a] : group->low[a];
+        group->high[a] = other->high[a] > group->high[a] ? other->high[a] : group->high[a];
     }
+    group->content |= other->content;
+    if (group->normal == NO_NORMAL)
+        group->normal = other->normal;
+    else if (group->normal != other->normal)
+        group->normal = PM_NORMAL_MIXED;
 }
 
-static const struct box empty_box = {{INT32_MAX, INT32_MAX, INT32_MAX},
-                                     {INT32_MIN, INT32_MIN, INT32_MIN}};
+static struct group group_of_photon(const pm_photon_block *block, unsigned k)
+{
+    bool specular = block->flags[k] & PM_PHOTON_SPECULAR;
+    struct group group = {.normal = block->normal[k]};
+    for (int a = 0; a < 3; a++)
+        group.low[a] = group.high[a] = block->position[a][k];
+    group.content = 1U << (specular ? PM_CONTENT_SPECULAR : PM_CONTENT_PLAIN);
+    return group;
+}
+
+static uint32_t content_of_code(uint16_t code)
+{
+    pm_photon photon = {.normal = {(uint8_t)code, (uint8_t)(code >> 8)}};
+    return pm_content_of_normal(pm_photon_normal(&photon));
+}
 
 static void measure_block(const struct build *b, size_t i)
 {
     const pm_photon_block *block = &b->map->blocks[i];
     size_t left = b->map->count - i * PM_BLOCK_SIZE;
-    struct box box = empty_box;
-    uint32_t content = 1U << PM_CONTENT_ANY, seen = UINT32_MAX;
+    struct group group = empty_group;
     for (unsigned k = 0; k < PM_BLOCK_SIZE && k < left; k++) {
-        add_point(&box, block->position, k);
-        bool specular = block->flags[k] & PM_PHOTON_SPECULAR;
-        content |= 1U << (specular ? PM_CONTENT_SPECULAR : PM_CONTENT_PLAIN);
-        if (block->normal[k] == seen)
-            continue;
-        seen = block->normal[k];
-        pm_photon photon = {.normal = {(uint8_t)seen, (uint8_t)(seen >> 8)}};
-        content |= pm_content_of_normal(pm_photon_normal(&photon));
+        struct group photon = group_of_photon(block, k);
+        if (k == 0 || block->normal[k] != block->normal[k - 1])
+            photon.content |= content_of_code(block->normal[k]);
+        unite(&group, &photon);
     }
-    b->level[0].box[i] = box;
-    b->level[0].content[i] = content;
+    b->group[0][i] = group;
 }
 
 enum { PIECE = 1024 };
@@ -106,69 +122,58 @@ static void measure_piece(void *context, size_t piece, unsigned thread)
 {
     (void)thread;
     const struct build *b = context;
-    for (size_t i = piece * PIECE; i < (piece + 1) * PIECE && i < b->level[0].count; i++)
+    for (size_t i = piece * PIECE; i < (piece + 1) * PIECE && i < b->count[0]; i++)
         measure_block(b, i);
 }
 
-static void unite(const struct child_boxes *below, const struct child_boxes *out)
+static void measure_level(const struct build *b, int level)
 {
-    for (size_t i = 0; i < out->count; i++) {
-        struct box box = empty_box;
-        uint32_t content = 0;
-        for (size_t c = i * PM_NODE_CHILDREN;
-             c < (i + 1) * PM_NODE_CHILDREN && c < below->count; c++) {
-            for (int a = 0; a < 3; a++) {
-                box.low[a] =
-                    below->box[c].low[a] < box.low[a] ? below->box[c].low[a] : box.low[a];
-                box.high[a] =
-                    below->box[c].high[a] > box.high[a] ? below->box[c].high[a] : box.high[a];
-            }
-            content |= below->content[c];
-        }
-        out->box[i] = box;
-        out->content[i] = content;
+    for (size_t i = 0; i < b->count[level + 1]; i++) {
+        size_t first = i * PM_NODE_CHILDREN, end = first + PM_NODE_CHILDREN;
+        struct group group = empty_group;
+        for (size_t c = first; c < end && c < b->count[level]; c++)
+            unite(&group, &b->group[level][c]);
+        b->group[level + 1][i] = group;
     }
 }
 
-/* ---- stored boxes ---- */
+/* ---- storing ---- */
 
-static int node_shift(const struct box *box)
+static int node_shift(const struct group *group)
 {
     uint32_t extent = 0;
     for (int a = 0; a < 3; a++)
-        extent |= (uint32_t)box->high[a] - (uint32_t)box->low[a];
+        extent |= (uint32_t)group->high[a] - (uint32_t)group->low[a];
     int shift = 0;
     while (extent >> shift >= PM_NODE_STEPS)
         shift++;
     return shift;
 }
 
-static void store_child(pm_node *node, unsigned c, const struct box *box, int shift,
-                        uint32_t content)
+static void store_child(pm_node *node, unsigned c, const struct group *child, int shift)
 {
     for (int a = 0; a < 3; a++) {
-        uint32_t low = (uint32_t)box->low[a] - (uint32_t)node->origin[a];
-        uint32_t high = (uint32_t)box->high[a] - (uint32_t)node->origin[a];
+        uint32_t low = (uint32_t)child->low[a] - (uint32_t)node->origin[a];
+        uint32_t high = (uint32_t)child->high[a] - (uint32_t)node->origin[a];
         node->low[a][c] = (uint8_t)(low >> shift);
         node->high[a][c] = (uint8_t)(high >> shift);
     }
     for (unsigned k = 0; k < PM_CONTENTS; k++)
-        node->holds[k] = (uint16_t)(node->holds[k] | (content >> k & 1) << c);
+        node->holds[k] = (uint16_t)(node->holds[k] | (child->content >> k & 1) << c);
+    node->normal[c] = (uint16_t)child->normal;
 }
 
 static void store_level(const struct build *b, int level)
 {
-    const struct child_boxes *children = &b->level[level];
-    for (size_t i = 0; i < b->level[level + 1].count; i++) {
+    for (size_t i = 0; i < b->count[level + 1]; i++) {
         pm_node *node = &b->map->nodes[b->map->level_start[level] + i];
-        const struct box *box = &b->level[level + 1].box[i];
-        int shift = node_shift(box);
+        const struct group *group = &b->group[level + 1][i];
+        int shift = node_shift(group);
         *node = (pm_node){.steps_per_unit = 1 / (float)(1U << shift)};
-        memcpy(node->origin, box->low, sizeof node->origin);
+        memcpy(node->origin, group->low, sizeof node->origin);
         size_t first = i * PM_NODE_CHILDREN;
-        for (unsigned c = 0; c < PM_NODE_CHILDREN && first + c < children->count; c++)
-            store_child(node, c, &children->box[first + c], shift,
-                        children->content[first + c]);
+        for (unsigned c = 0; c < PM_NODE_CHILDREN && first + c < b->count[level]; c++)
+            store_child(node, c, &b->group[level][first + c], shift);
     }
 }
 
@@ -187,12 +192,12 @@ static size_t count_levels(struct build *b)
 {
     pm_photon_map *map = b->map;
     size_t count = map->block_count, nodes = 0;
-    b->level[0].count = count;
+    b->count[0] = count;
     do {
         assert(map->levels < PM_NODE_LEVELS);
         count = (count + PM_NODE_CHILDREN - 1) / PM_NODE_CHILDREN;
         map->level_start[map->levels++] = nodes;
-        b->level[map->levels].count = count;
+        b->count[map->levels] = count;
         nodes += count;
         map->level_start[map->levels] = nodes;
     } while (count > 1);
@@ -204,26 +209,22 @@ pm_status pm_nodes_build(pm_photon_map *map, pm_pool *pool, pm_error *err)
     if (!map->count)
         return PM_OK;
     struct build b = {.map = map};
-    size_t nodes = count_levels(&b), boxes = map->block_count + nodes;
-    map->node_count = nodes;
-    map->nodes = malloc(nodes * sizeof *map->nodes);
+    map->node_count = count_levels(&b);
+    map->nodes = malloc(map->node_count * sizeof *map->nodes);
     map->first_code = malloc(map->level_start[1] * sizeof *map->first_code);
-    b.level[0].box = malloc(boxes * sizeof *b.level[0].box);
-    b.level[0].content = malloc(boxes * sizeof *b.level[0].content);
-    pm_status st = PM_E_MEMORY;
-    if (map->nodes && map->first_code && b.level[0].box && b.level[0].content) {
-        pm_photons_run(pool, (map->block_count + PIECE - 1) / PIECE, measure_piece, &b);
-        for (int l = 0; l < map->levels; l++) {
-            b.level[l + 1].box = b.level[l].box + b.level[l].count;
-            b.level[l + 1].content = b.level[l].content + b.level[l].count;
-            unite(&b.level[l], &b.level[l + 1]);
-            store_level(&b, l);
-        }
-        store_first_codes(map);
-        st = PM_OK;
+    b.group[0] = malloc((map->block_count + map->node_count) * sizeof *b.group[0]);
+    if (!map->nodes || !map->first_code || !b.group[0]) {
+        free(b.group[0]);
+        return pm_error_set(err, PM_E_MEMORY, "no memory for the tree over %zu photons",
+                            map->count);
     }
-    free(b.level[0].box);
-    free(b.level[0].content);
-    return st ? pm_error_set(err, st, "no memory for the tree over %zu photons", map->count)
-              : st;
+    pm_photons_run(pool, (map->block_count + PIECE - 1) / PIECE, measure_piece, &b);
+    for (int l = 0; l < map->levels; l++) {
+        b.group[l + 1] = b.group[l] + b.count[l];
+        measure_level(&b, l);
+        store_level(&b, l);
+    }
+    store_first_codes(map);
+    free(b.group[0]);
+    return PM_OK;
 }

@@ -5,25 +5,23 @@
 
 /* Finding the photons around a point, in stored order. */
 
-/* A photon belongs to the surface asked if its normal is within 60 degrees and if it lies in
- * the tangent plane: with D from the point to the photon and the mean m of both normals, |m .
- * D| <= PM_TANGENT_SLOPE |D| + PM_TANGENT_SLACK. On planes, spheres and cylinders m . D is
- * exactly 0 whatever the curvature. */
+/* Which photons belong to the surface asked, as photon_map.h says. */
 #define PM_NORMAL_COSINE 0.5
 #define PM_TANGENT_SLOPE 0.25
-#define PM_TANGENT_SLACK                                                                       \
-    2.0 /* grid units: stored positions are rounded to half a unit an axis */
+#define PM_TANGENT_SLACK 2.0 /* [grid units]; stored positions are off by half a unit an axis  \
+                              */
 
 typedef struct pm_search {
     const pm_photon_map *map;
     _Alignas(32) double point[4]; /* grid units */
     float normal[3];
     bool surface; /* test normals and tangent plane */
+    bool careful; /* and leave out nodes off the plane: dear, but saves walking through them */
     pm_photon_filter filter;
     unsigned content[2];   /* which pm_contents a node must hold to be entered */
     double bound;          /* greatest squared distance, inclusive [grid units^2] */
     double radius;         /* its root */
-    uint32_t known_normal; /* code of the last block with a single normal, or NO_NORMAL */
+    uint32_t known_normal; /* code of the last block with a single normal, or none */
     bool known_accepted;
     double known_mean[3];
 } pm_search;
@@ -69,6 +67,7 @@ enum { PM_CANDIDATES = PM_GATHER_MAX + PM_GATHER_MAX / 2 + 128 };
 /* Photons found. */
 typedef struct pm_candidates {
     uint32_t wanted, count;
+    double limit;                                 /* none is farther [grid units^2] */
     _Alignas(32) double distance2[PM_CANDIDATES]; /* [grid units^2] */
     uint32_t index[PM_CANDIDATES];
 } pm_candidates;

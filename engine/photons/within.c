@@ -1,33 +1,8 @@
 #include "photons/block_simd.h"
 
-/* Sums over the photons within a fixed radius. */
+/* Sums over photons. */
 
-enum { NO_NORMAL = 0x10000 };
-
-pm_search pm_search_volume(const pm_photon_map *map, pm_vec3 p)
-{
-    return (pm_search){
-        .map = map,
-        .point = {p.x * PM_GRID_PER_WORLD, p.y * PM_GRID_PER_WORLD, p.z * PM_GRID_PER_WORLD},
-        .content = {PM_CONTENT_ANY, PM_CONTENT_ANY},
-    };
-}
-
-pm_search pm_search_surface(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
-                            pm_photon_filter filter)
-{
-    pm_search s = pm_search_volume(map, point);
-    s.normal[0] = (float)normal.x, s.normal[1] = (float)normal.y, s.normal[2] = (float)normal.z;
-    s.surface = true;
-    s.filter = filter;
-    s.content[0] = pm_content_sector(normal);
-    if (filter != PM_PHOTONS_ALL)
-        s.content[1] = filter == PM_PHOTONS_SPECULAR ? PM_CONTENT_SPECULAR : PM_CONTENT_PLAIN;
-    s.known_normal = NO_NORMAL;
-    return s;
-}
-
-/* ---- sums within a fixed radius ---- */
+/* ---- within a fixed radius ---- */
 
 /* Four virtual lanes, so that sums do not depend on the width of the machine's registers. */
 struct sums {
@@ -56,8 +31,8 @@ static inline void add_four(struct sums *t, const pm_photon_block *b, int k, uns
     exponent = _mm256_add_epi64(exponent, _mm256_set1_epi64x(1023 - 200));
     __m256i unit =
         _mm256_and_si256(_mm256_slli_epi64(exponent, 52), _mm256_cmpeq_epi64(taken, bits));
-    __m128i flux = _mm_load_si128((const __m128i *)(const void *)(b->flux + k)),
-            low = _mm_set1_epi32(0x3FF);
+    __m128i flux = _mm_load_si128((const __m128i *)(const void *)(b->flux + k));
+    const __m128i low = _mm_set1_epi32(0x3FF);
     add_channel(&t->sum[0], &t->square[0], _mm_and_si128(flux, low), _mm256_castsi256_pd(unit));
     add_channel(&t->sum[1], &t->square[1], _mm_and_si128(_mm_srli_epi32(flux, 10), low),
                 _mm256_castsi256_pd(unit));
@@ -110,7 +85,7 @@ pm_flux_sum pm_search_sum(pm_search *search)
     return (pm_flux_sum){rgb_of_lanes(t.sum), rgb_of_lanes(t.square), t.count};
 }
 
-/* ---- sums with a weight by direction ---- */
+/* ---- the same with a weight by direction ---- */
 
 struct weighted_sums {
     pm_flux_sum *out;
