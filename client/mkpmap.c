@@ -48,12 +48,13 @@ static const pm_json *find_named(const pm_json *list, const char *member, const 
 static void print_map(const pm_options *options, const char *path, const pm_json *map)
 {
     const char *note = pm_json_get_text(map, "note", "");
+    if (options->quiet)
+        return;
     if (*note)
         fprintf(stderr, "%s: %s\n", path, note);
-    if (!options->quiet)
-        fprintf(stderr, "wrote %s: %lld photons from %lld paths\n", path,
-                (long long)pm_json_get_integer(map, "photons", 0),
-                (long long)pm_json_get_integer(map, "paths", 0));
+    fprintf(stderr, "wrote %s: %lld photons from %lld paths\n", path,
+            (long long)pm_json_get_integer(map, "photons", 0),
+            (long long)pm_json_get_integer(map, "paths", 0));
 }
 
 static pm_status fetch_maps(pm_session *session, const pm_options *options, const pm_json *job,

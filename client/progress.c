@@ -97,7 +97,8 @@ void pm_summary_print(const pm_options *options, const pm_json *job)
     const char *cache = pm_json_get_text(job, "cache", "none");
     if (strcmp(cache, "none"))
         fprintf(stderr, "cache: %s\n", cache);
-    print_left_out(options, pm_json_get(job, "plan"));
+    if (options->verb != PM_VERB_MKPMAP) /* which says it of each file */
+        print_left_out(options, pm_json_get(job, "plan"));
     const pm_json *curve = pm_json_get(job, "curve");
     size_t points = pm_json_length(curve);
     for (size_t i = options->verbose || !points ? 0 : points - 1; i < points; i++) {

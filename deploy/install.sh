@@ -10,9 +10,15 @@ for package in $packages; do
     dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing="$missing $package"
 done
 [ -n "$missing" ] || exit 0
-echo "Installing:$missing" >&2
 sudo=
-[ "$(id -u)" -eq 0 ] || sudo=sudo
+if [ "$(id -u)" -ne 0 ]; then
+    sudo=sudo
+    command -v sudo >/dev/null || {
+        echo "install.sh: these Debian packages are missing, and installing them needs root:$missing" >&2
+        exit 1
+    }
+fi
+echo "Installing:$missing" >&2
 $sudo apt-get update -qq
 # shellcheck disable=SC2086 # a list of words is meant
 DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends $missing >&2
