@@ -196,7 +196,7 @@ void run_seeds(pm_job *job, const char *text, unsigned count, struct stat *stats
     }
 }
 
-static double sensor_mean(const pm_answer *answer, size_t sensors, int channel)
+double sensor_mean(const pm_answer *answer, size_t sensors, int channel)
 {
     double sum = 0, count = 0;
     for (size_t i = 0; i < 3 * sensors; i++)

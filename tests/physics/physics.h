@@ -111,6 +111,9 @@ void store_clear(struct store *store);
 /* Runs seeds 1 .. count; each gives one number to stats[3 * sensor + channel]. */
 void run_seeds(pm_job *job, const char *text, unsigned count, struct stat *stats);
 
+/* Mean over the sensors of a channel 0 to 2, or of all channels (GREY). */
+double sensor_mean(const pm_answer *answer, size_t sensors, int channel);
+
 /* The same; each seed gives the mean over all sensors: of channel 0 to 2, or all of them
  * (GREY). */
 struct stat run_mean(pm_job *job, const char *text, unsigned count, int channel);

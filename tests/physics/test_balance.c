@@ -10,7 +10,7 @@
 struct balance {
     struct stat difference[3]; /* (emitted - absorbed - escaped) / emitted */
     struct stat escaped;       /* share */
-    pm_rgb power;              /* emitted / paths [W] */
+    pm_rgb power;              /* emitted [W] */
 };
 
 static void add_seed(struct balance *b, const pm_answer *answer)
@@ -21,9 +21,8 @@ static void add_seed(struct balance *b, const pm_answer *answer)
     stat_add(&b->difference[1], rest.g / e.g);
     stat_add(&b->difference[2], rest.b / e.b);
     stat_add(&b->escaped, pm_rgb_mean(answer->escaped) / pm_rgb_mean(e));
-    double paths = PM_BATCH_PATHS * b->escaped.count;
-    b->power =
-        pm_rgb_scale(pm_rgb_add(pm_rgb_scale(b->power, paths - PM_BATCH_PATHS), e), 1 / paths);
+    double before = 1 - 1 / b->escaped.count;
+    b->power = pm_rgb_madd(pm_rgb_scale(b->power, before), 1 / b->escaped.count, e);
 }
 
 /* One progressive pass a seed, with a sensor that does not matter. */

@@ -48,6 +48,9 @@ static void spread(pm_sensor sensors[DIRECTIONS], bool on_wall)
 
 static const double albedos[] = {.5, .9, .99};
 
+/* Long paths are dear. Of 8 seeds 5 standard errors are exceeded with probability 1.6e-3. */
+static const unsigned seeds[] = {SEEDS, SEEDS, SEEDS / 2};
+
 /* The chord of radius r cuts a cap of area pi r^2 exactly from a sphere, so the flat kernel has
  * no bias on a curved wall. */
 static void furnace_radiance_by_progressive_passes(void **state)
@@ -59,13 +62,13 @@ static void furnace_radiance_by_progressive_passes(void **state)
         char *text = furnace(albedos[i]);
         pm_job job = job_of(PM_JOB_TRACE, -1);
         look_at(&job, sensors, DIRECTIONS, PM_RADIANCE);
-        struct stat got = run_mean(&job, text, SEEDS, GREY);
+        struct stat got = run_mean(&job, text, seeds[i], GREY);
         expect_mean("progressive", &got, furnace_radiance(albedos[i], 1), 0);
         free(text);
     }
 }
 
-enum { PHOTONS = 200000, GATHER = 200 };
+enum { PHOTONS = 60000, GATHER = 60 };
 
 static pm_job map_job(int ambient_bounces, const pm_sensor *sensors, pm_quantity quantity)
 {
@@ -74,20 +77,6 @@ static pm_job map_job(int ambient_bounces, const pm_sensor *sensors, pm_quantity
     look_at(&job, sensors, DIRECTIONS, quantity);
     job.passes = 4;
     return job;
-}
-
-static void furnace_radiance_by_global_map_at_the_eye(void **state)
-{
-    (void)state;
-    pm_sensor sensors[DIRECTIONS];
-    spread(sensors, false);
-    for (int i = 0; i < 3; i++) {
-        char *text = furnace(albedos[i]);
-        pm_job job = map_job(-1, sensors, PM_RADIANCE);
-        struct stat got = run_mean(&job, text, SEEDS, GREY);
-        expect_mean("-ab -1", &got, furnace_radiance(albedos[i], 1), 0);
-        free(text);
-    }
 }
 
 /* A gather ray may end near the cap's rim, where no photons lie on one side. Within a distance
@@ -103,17 +92,31 @@ static double rim_loss(void)
     return 2 / (3 * PI) * CAP_RADIUS * radius / sqrt(2);
 }
 
-static void furnace_radiance_by_final_gather(void **state)
+/* With the map at the eye and behind gather rays; both share each seed's photons. */
+static void furnace_radiance_by_maps(void **state)
 {
     (void)state;
     pm_sensor sensors[DIRECTIONS];
     spread(sensors, false);
     for (int i = 0; i < 3; i++) {
         char *text = furnace(albedos[i]);
-        pm_job job = map_job(1, sensors, PM_RADIANCE);
-        struct stat got = run_mean(&job, text, SEEDS, GREY);
         double want = furnace_radiance(albedos[i], 1);
-        expect_mean("-ab 1", &got, want, rim_loss() * want);
+        struct stat eye = {0}, gather = {0};
+        for (unsigned seed = 1; seed <= seeds[i]; seed++) {
+            struct store store = {0};
+            pm_job_hooks hooks = store_hooks(&store);
+            for (int bounces = -1; bounces <= 1; bounces += 2) {
+                pm_job job = map_job(bounces, sensors, PM_RADIANCE);
+                pm_answer answer;
+                job.forward.seed = seed;
+                run_job(&job, text, &hooks, &answer);
+                stat_add(bounces < 0 ? &eye : &gather, sensor_mean(&answer, DIRECTIONS, GREY));
+                pm_answer_clear(&answer);
+            }
+            store_clear(&store);
+        }
+        expect_mean("-ab -1", &eye, want, 0);
+        expect_mean("-ab 1", &gather, want, rim_loss() * want);
         free(text);
     }
 }
@@ -141,13 +144,13 @@ static void furnace_irradiance_on_the_wall_and_in_the_middle(void **state)
 {
     (void)state;
     pm_sensor sensors[DIRECTIONS];
-    char *text = furnace(.9);
-    double radiance = furnace_radiance(.9, 1);
+    char *text = furnace(.5);
+    double radiance = furnace_radiance(.5, 1);
     spread(sensors, true);
     pm_job job = job_of(PM_JOB_TRACE, -1);
     look_at(&job, sensors, DIRECTIONS, PM_IRRADIANCE);
     struct stat wall = run_mean(&job, text, SEEDS, GREY);
-    expect_mean("wall", &wall, PI * radiance / .9, 0);
+    expect_mean("wall", &wall, PI * radiance / .5, 0);
     pm_sensor middle[16];
     for (int i = 0; i < 16; i++)
         middle[i] = (pm_sensor){{0, 0, 0}, {0, 0, -1}};
@@ -197,7 +200,7 @@ static void lossless_objects_vanish_in_an_even_sky(void **state)
  * lamp with the share a^2 (lamp's area over A times 1), where it is absorbed, so E = Phi / A /
  * (1 - rho (1 - a^2)),  indirect Phi rho (1 - a^2) / (A (1 - rho (1 - a^2))), which is Phi rho
  * / (A (1 - rho)) for a small lamp. */
-#define LAMP_RADIUS .15
+#define LAMP_RADIUS .2
 
 static char *integrating_sphere(double albedo, double lamp)
 {
@@ -233,12 +236,14 @@ static void integrating_sphere_indirect_irradiance(void **state)
         pm_job progressive = job_of(PM_JOB_TRACE, -1);
         look_at(&progressive, sensors, DIRECTIONS, PM_IRRADIANCE);
         pm_job gather = map_job(1, sensors, PM_IRRADIANCE);
-        struct stat got = run_mean(&progressive, text, SEEDS, GREY);
+        struct stat got = run_mean(&progressive, text, seeds[i], GREY);
         got.mean -= direct;
         expect_mean("progressive", &got, want, 0);
-        got = run_mean(&gather, text, SEEDS, GREY);
-        got.mean -= direct;
-        expect_mean("-ab 1", &got, want, 0);
+        if (albedos[i] < .99) { /* a share of time, and proves no more */
+            got = run_mean(&gather, text, SEEDS, GREY);
+            got.mean -= direct;
+            expect_mean("-ab 1", &got, want, 0);
+        }
         free(text);
     }
 }
@@ -256,15 +261,15 @@ static void integrating_sphere_direct_irradiance(void **state)
     free(text);
 }
 
-/* A path lives for 1 / (1 - .999 (1 - a^2)) = 286 bounces with a = .05. How many it makes is
+/* A path lives for 1 / (1 - .999 (1 - a^2)) = 91 bounces with a = .1. How many it makes is
  * geometric, with a deviation like its mean, so the wall's flux has a relative error of 2^-8
  * from 2^16 paths; what the sensors scatter about it shows in them. Beyond the default bound of
- * 5000 scatterings lies exp(-5000 / 286) = 3e-8 of the light. */
+ * 5000 scatterings lies exp(-5000 / 91) = 1e-24 of the light. */
 static void integrating_sphere_of_albedo_999(void **state)
 {
     (void)state;
     enum { POINTS = 512 };
-    const double lamp = .05;
+    const double lamp = .1;
     pm_sensor sensors[POINTS];
     for (int i = 0; i < POINTS; i++) {
         double z = 1 - 2 * (i + .5) / POINTS, phi = 2.399963229728653 * i, r = sqrt(1 - z * z);
@@ -289,8 +294,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(furnace_radiance_by_progressive_passes),
-        cmocka_unit_test(furnace_radiance_by_global_map_at_the_eye),
-        cmocka_unit_test(furnace_radiance_by_final_gather),
+        cmocka_unit_test(furnace_radiance_by_maps),
         cmocka_unit_test(furnace_direct_radiance_without_ambient),
         cmocka_unit_test(furnace_irradiance_on_the_wall_and_in_the_middle),
         cmocka_unit_test(lossless_objects_vanish_in_an_even_sky),

@@ -13,7 +13,9 @@
                 "void mirror silver 0 0 3 .8 .8 .8\n"                                          \
                 "silver polygon m 0 0 12 -.1 .8 -.6 .9 .8 -.6 .9 .8 .6 -.1 .8 .6\n"            \
                 "void glass pane 0 0 3 .9 .6 .9\n"                                             \
-                "pane polygon p 0 0 12 .5 -.9 -.8 .5 .1 -.8 .5 .1 .5 .5 -.9 .5\n"
+                "pane polygon p 0 0 12 .5 -.9 -.8 .5 .1 -.8 .5 .1 .5 .5 -.9 .5\n"              \
+                "void plastic glaze 0 0 5 .6 .5 .4 .05 0  glaze ring tile 0 0 8 -.5 -.5 -.8 "  \
+                "0 0 1 0 .4\n"
 
 #define SMOOTH ROOM "void metal brass 0 0 5 .8 .6 .3 1 0  brass sphere s 0 0 4 .5 .4 -.7 .2\n"
 #define ROUGH  ROOM "void metal brass 0 0 5 .8 .6 .3 1 .2  brass sphere s 0 0 4 .5 .4 -.7 .2\n"
@@ -29,11 +31,11 @@ static const struct spot {
     pm_quantity quantity;
     bool in_free_space; /* gathers all its indirect light */
 } spots[SPOTS] = {
-    {"floor", {-.2, -.5, -1}, {0, 0, 1}, PM_IRRADIANCE, false},
+    {"floor", {.1, -.6, -1}, {0, 0, 1}, PM_IRRADIANCE, false},
     {"floor before the mirror", {.1, 0, -1}, {0, 0, 1}, PM_IRRADIANCE, false},
     {"wall behind the pane", {1, -.4, -.3}, {-1, 0, 0}, PM_IRRADIANCE, false},
     {"free space", {0, 0, 0}, {-.2, -.6, -.8}, PM_IRRADIANCE, true},
-    {"ray to the floor", {0, -.8, .2}, {-.3, .3, -1.2}, PM_RADIANCE, false},
+    {"ray to the tile", {0, -.8, .2}, {-.5, .3, -1}, PM_RADIANCE, false},
     {"ray through the pane", {0, -.8, .2}, {1, .4, -.4}, PM_RADIANCE, false},
     {"ray into the mirror", {0, -.8, .2}, {.2, 1.6, .1}, PM_RADIANCE, false},
     {"ray into the ball", {0, -.8, .2}, {-.45, 1.15, -.7}, PM_RADIANCE, false},

@@ -53,7 +53,7 @@ enum {
     WALL_POINTS = 4,
     SENSORS = FLOOR_POINTS + WALL_POINTS,
     RAYS = 8,
-    PHOTONS = 4000
+    PHOTONS = 2000
 };
 
 struct measured {
