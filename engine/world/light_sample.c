@@ -57,13 +57,26 @@ static bool sample_area(const struct pm_shape *shape, pm_vec3 point, const doubl
     return cosine > 0;
 }
 
+/* Another lamp lies right on this one, on the side that the point sees. */
+static bool is_covered(const pm_world *world, uint32_t surface, pm_vec3 point,
+                       const pm_light_sample *sample)
+{
+    pm_ray ray = {.origin = pm_vec3_madd(point, sample->distance, sample->wi),
+                  .direction = pm_vec3_negate(sample->wi),
+                  .t_max = sample->distance * SHORT_OF_LIGHT,
+                  .from = surface};
+    pm_hit hit;
+    return pm_world_intersect(world, &ray, &hit) &&
+           world->shapes[hit.surface].group == world->shapes[surface].group;
+}
+
 static bool sample_surface(const pm_world *world, const struct pm_light *light, pm_vec3 point,
                            const double u[3], pm_light_sample *out)
 {
     const struct pm_shape *shape = &world->shapes[light->surface];
     bool found = shape->type == PM_SPHERE ? sample_sphere(shape, point, u, out)
                                           : sample_area(shape, point, u, out);
-    if (!found)
+    if (!found || (shape->contested && is_covered(world, light->surface, point, out)))
         return false;
     out->radiance = pm_lights_radiance(&world->materials[light->material],
                                        pm_vec3_negate(out->wi), out->distance);

@@ -116,8 +116,8 @@ static void make_piece(const pm_world *world, const struct place *place, struct 
 static struct pm_piece_owner make_owner(const pm_world *world, uint32_t index)
 {
     const struct pm_shape *s = &world->shapes[index];
-    return (struct pm_piece_owner){index, s->group, s->material, s->flipped,
-                                   is_planar(world, s)};
+    return (struct pm_piece_owner){index,    s->group,   s->material,
+                                   s->layer, s->flipped, is_planar(world, s)};
 }
 
 pm_status pm_pieces_build(const pm_world *world, struct pm_pieces *out)
@@ -219,6 +219,6 @@ bool pm_probe_piece(struct pm_probe *q, const struct pm_pieces *pieces, uint32_t
     if (!pm_probe_wants(q, t, cosine) || !passes_through(p, q))
         return false;
     struct pm_ray_key key =
-        pm_ray_key_make(t, owner->group, owner->shape, owner->flipped, cosine);
+        pm_ray_key_make(t, owner->group, owner->layer, owner->flipped, cosine);
     return pm_probe_offer(q, &key, owner->shape, index);
 }

@@ -19,6 +19,7 @@ struct pm_piece {
 /* Whose piece it is. */
 struct pm_piece_owner {
     uint32_t shape, group, material;
+    int64_t layer;
     bool flipped;
     bool planar; /* the shape is: its normal is the piece's */
 };

@@ -61,7 +61,7 @@ static void set_start(struct pm_probe *q, uint32_t from)
     const struct pm_shape *s = &q->shapes[from];
     double cosine = pm_vec3_dot(pm_shape_normal(s, q->origin), q->direction);
     q->from_group = s->group;
-    q->after = pm_ray_key_make(0, s->group, from, s->flipped, cosine);
+    q->after = pm_ray_key_make(0, s->group, s->layer, s->flipped, cosine);
 }
 
 bool pm_probe_init(struct pm_probe *q, const pm_world *world, const pm_ray *ray)
@@ -94,7 +94,7 @@ static bool probe_ring(struct pm_probe *q, const struct pm_shape *s, uint32_t in
     double r = pm_vec3_distance(pm_vec3_madd(q->origin, t, q->direction), s->center);
     if (!(r >= s->r0 && r <= s->r1))
         return false;
-    struct pm_ray_key key = pm_ray_key_make(t, s->group, index, s->flipped, cosine);
+    struct pm_ray_key key = pm_ray_key_make(t, s->group, s->layer, s->flipped, cosine);
     return pm_probe_offer(q, &key, index, PM_NO_PRIMITIVE);
 }
 
@@ -107,7 +107,7 @@ static bool probe_curved(struct pm_probe *q, const struct pm_shape *s, uint32_t 
             continue;
         pm_vec3 point = pm_vec3_madd(q->origin, t[i], q->direction);
         double cosine = pm_vec3_dot(pm_shape_normal(s, point), q->direction);
-        struct pm_ray_key key = pm_ray_key_make(t[i], s->group, index, s->flipped, cosine);
+        struct pm_ray_key key = pm_ray_key_make(t[i], s->group, s->layer, s->flipped, cosine);
         if (!pm_probe_is_at_end(q, t[i], cosine) &&
             pm_probe_offer(q, &key, index, PM_NO_PRIMITIVE))
             return true;

@@ -39,10 +39,10 @@ static inline bool pm_ray_key_precedes(const struct pm_ray_key *a, const struct 
 }
 
 /* `cosine`: of the direction with the shape's front normal. */
-static inline struct pm_ray_key pm_ray_key_make(double t, uint32_t group, uint32_t index,
+static inline struct pm_ray_key pm_ray_key_make(double t, uint32_t group, int64_t layer,
                                                 bool flipped, double cosine)
 {
-    int64_t order = (cosine < 0) != flipped ? (int64_t)index : -(int64_t)index;
+    int64_t order = (cosine < 0) != flipped ? layer : -layer;
     return (struct pm_ray_key){t, group, order};
 }
 

@@ -8,7 +8,7 @@
  * the exact shape. So the answer is the exact nearest surface whatever the tree looks like. */
 
 /* Where a surface comes along a ray: by distance, and coincident ones (one group, see twins.h)
- * as if they lay an infinitesimal apart, the lesser index on the side that the group's first
+ * as if they lay an infinitesimal apart, the lesser layer on the side that the group's first
  * normal points to. A total order: walking along a ray meets every surface once and ends. */
 struct pm_ray_key {
     double t;

@@ -24,7 +24,9 @@ struct pm_shape {
     /* Coincident shapes share a group (twins.h): its number is the index of one of them, and
      * planar ones share one plane to the last bit, up to its sign. */
     uint32_t group;
-    bool flipped; /* axis is opposite to that of the group's first shape */
+    bool flipped;   /* axis is opposite to that of the group's first shape */
+    int64_t layer;  /* place among coincident shapes (twins.h) */
+    bool contested; /* a lamp in whose group other lamps are, one of which may cover it */
 
     /* polygon, ring: `axis` is the unit front normal, axis . p = offset the plane.
      * sphere, bubble, ring: `center`. cone, cup, cylinder, tube: `center` of the first end,

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "world/material.h"
+
 /* ---- planar shapes: planes hashed by two numbers ---- */
 
 #define CELL 0x1p-24
@@ -182,6 +184,37 @@ static pm_status find_curved(pm_world *world)
     return PM_OK;
 }
 
+/* ---- layers ---- */
+
+/* How far to the front a surface comes. */
+static int prominence(const struct pm_material *m)
+{
+    if (m->type == PM_LIGHT || m->type == PM_SPOTLIGHT || m->type == PM_GLOW)
+        return 2;
+    return m->type == PM_ILLUM ? 1 : 0;
+}
+
+static pm_status set_layers(pm_world *world)
+{
+    const int64_t step = INT64_C(1) << 32; /* more than any index */
+    /* in each group */
+    uint32_t *lamps = calloc(world->shape_count + 1, sizeof *lamps);
+    if (!lamps)
+        return PM_E_MEMORY;
+    for (uint32_t i = 0; i < world->shape_count; i++) {
+        struct pm_shape *s = &world->shapes[i];
+        int rank = prominence(&world->materials[s->material]);
+        s->layer = i + (s->flipped ? rank : -rank) * step;
+        lamps[s->group] += rank > 0;
+    }
+    for (uint32_t i = 0; i < world->shape_count; i++) {
+        struct pm_shape *s = &world->shapes[i];
+        s->contested = lamps[s->group] > 1 && prominence(&world->materials[s->material]) > 0;
+    }
+    free(lamps);
+    return PM_OK;
+}
+
 pm_status pm_twins_find(pm_world *world, pm_error *err)
 {
     for (uint32_t i = 0; i < world->shape_count; i++)
@@ -189,5 +222,7 @@ pm_status pm_twins_find(pm_world *world, pm_error *err)
     pm_status status = find_planar(world);
     if (!status)
         status = find_curved(world);
+    if (!status)
+        status = set_layers(world);
     return status ? pm_error_set(err, status, "no memory to compare surfaces") : PM_OK;
 }

@@ -59,6 +59,21 @@ static void next_event_equals_the_disc_formula(void **state)
                      (pm_vec3){0, 0, 0}, 0); /* turned away */
 }
 
+/* Of lamps that coincide only the first is seen, so only that one lights. */
+static void lamps_one_on_the_other_light_as_one(void **state)
+{
+    (void)state;
+    check_irradiance("void light m 0 0 3 2 2 2 m ring a 0 0 8 0 0 3 0 0 -1 0 4"
+                     " m ring b 0 0 8 0 0 3 0 0 -1 0 4 m ring c 0 0 8 0 0 3 0 0 1 0 4",
+                     (pm_vec3){0, 0, 0}, 2 * PM_PI * 16 / 25);
+    check_irradiance("void light m 0 0 3 2 2 2 m ring a 0 0 8 0 0 3 0 0 -1 0 4"
+                     " m ring b 0 0 8 0 0 3 0 0 -1 0 2",
+                     (pm_vec3){0, 0, 0}, 2 * PM_PI * 16 / 25);
+    check_irradiance(
+        "void light m 0 0 3 2 2 2 m sphere a 0 0 4 3 0 4 2 m sphere b 0 0 4 3 0 4 2",
+        (pm_vec3){0, 0, 0}, 2 * PM_PI * 4 / 25 * .8);
+}
+
 /* A sphere at distance d, wholly above the horizon: pi L (r/d)^2 cos. */
 static void next_event_equals_the_sphere_formula(void **state)
 {
@@ -292,6 +307,7 @@ static void sky_of_many_patches_is_uniform(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(lamps_one_on_the_other_light_as_one),
         cmocka_unit_test(next_event_equals_the_disc_formula),
         cmocka_unit_test(next_event_equals_the_sphere_formula),
         cmocka_unit_test(next_event_equals_the_furnace_in_a_bubble),

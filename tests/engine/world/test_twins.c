@@ -8,6 +8,7 @@
 #include "../world_text.h"
 #include "compile.h"
 #include "numbers.h"
+#include "world/material.h"
 #include "world/twins.h"
 
 #define GREY "void plastic grey 0 0 5 .5 .5 .5 0 0\n"
@@ -92,6 +93,32 @@ static void curved_surfaces_with_equal_numbers_are_one_group(void **state)
                      5);
 }
 
+/* Names of shapes and numbers of lamps differ, so does the order of digests. */
+static void a_lamp_in_the_plane_of_a_ceiling_shines(void **state)
+{
+    (void)state;
+    for (int power = 1; power <= 16; power++) {
+        struct text t = {0};
+        add(&t,
+            GREY TEST_BOX("grey") "void light m 0 0 3 %d 1 1\n"
+                                  "m polygon lamp 0 0 12 -.3 -.3 1 -.3 .3 1 .3 .3 1 .3 -.3 1\n"
+                                  "void illum i 0 0 3 1 1 1\n"
+                                  "i polygon a 0 0 12 -.3 -.3 1 -.3 .3 1 .3 .3 1 .3 -.3 1\n"
+                                  "i polygon b 0 0 12 .5 .5 1 .5 .8 1 .8 .8 1 .8 .5 1\n",
+            power);
+        pm_world *world = world_of(t.data);
+        pm_ray up = {.direction = {0, 0, 1}, .t_max = INFINITY, .from = PM_NO_PRIMITIVE};
+        pm_hit hit;
+        assert_true(pm_world_intersect(world, &up, &hit));
+        assert_int_equal(world->materials[hit.material].type, PM_LIGHT);
+        up.origin = pm_world_from_scene(world, (pm_vec3){.65, .65, 0});
+        assert_true(pm_world_intersect(world, &up, &hit));
+        assert_int_equal(world->materials[hit.material].type, PM_ILLUM);
+        pm_world_free(world);
+        free(t.data);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -99,6 +126,7 @@ int main(void)
         cmocka_unit_test(what_lies_a_billionth_apart_is_not),
         cmocka_unit_test(other_surfaces_stay_alone),
         cmocka_unit_test(curved_surfaces_with_equal_numbers_are_one_group),
+        cmocka_unit_test(a_lamp_in_the_plane_of_a_ceiling_shines),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
