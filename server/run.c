@@ -73,8 +73,17 @@ static pm_status blob_file(pm_store *store, const pm_blob *blob, int *file, pm_e
 static pm_status digest_file(pm_store *store, const pm_digest *digest, int *file, pm_error *err)
 {
     pm_blob blob;
-    pm_status st = pm_store_blob_find(store, digest, &blob, err);
-    return st ? st : blob_file(store, &blob, file, err);
+    char hex[PM_DIGEST_HEX];
+    pm_error why = PM_ERROR_INIT;
+    pm_status st = pm_store_blob_find(store, digest, &blob, &why);
+    if (!st)
+        st = blob_file(store, &blob, file, &why);
+    if (!st)
+        return PM_OK;
+    pm_digest_hex(digest, hex);
+    return st == PM_E_CORRUPT
+               ? pm_error_set(err, st, "blob %s is damaged in the store; send it again", hex)
+               : pm_error_set(err, st, "%s", why.text);
 }
 
 /* If the worker is gone, its exit status is the reason, not that it cannot be told. */

@@ -64,6 +64,8 @@ static pm_status load(struct blob_reader *reader, uint64_t chunk, pm_error *err)
     pm_status st = pm_store_blob_chunk(reader->store, &reader->blob, chunk, reader->data,
                                        &reader->size, err);
     reader->chunk = st ? UINT64_MAX : chunk;
+    if (st == PM_E_CORRUPT) /* the next who asks has it made again, or learns that it is gone */
+        pm_store_blob_drop(reader->store, &reader->blob);
     return st;
 }
 
@@ -94,6 +96,10 @@ pm_turn pm_reply_blob(pm_service *service, pm_exchange *exchange, const pm_blob 
     reader->chunk = UINT64_MAX;
     if (blob->size && load(reader, 0, &err)) {
         free(reader);
+        if (err.status == PM_E_CORRUPT)
+            return pm_reply_problem(exchange, 500,
+                                    "the stored bytes fail their checksum and are given up; "
+                                    "ask again, or send them again");
         return pm_reply_store_error(exchange, &err);
     }
     pm_digest_hex(&blob->digest, tag);

@@ -372,12 +372,21 @@ static void sleep_ms(long ms)
     nanosleep(&(struct timespec){.tv_nsec = ms * 1000000}, NULL);
 }
 
+/* The lock lies beside the file itself, not beside a link to it. */
+static bool lock_name(const char *path, char *out, size_t size)
+{
+    char *real = realpath(path, NULL); /* NULL: the file is still to be made */
+    int length = snprintf(out, size, "%s.pid", real ? real : path);
+    free(real);
+    return length < (int)size;
+}
+
 /* The lock file says which process has the store; it stays, so that nobody locks a removed one.
  */
 static pm_status take_lock(pm_store *store, const pm_store_options *options, pm_error *err)
 {
     char name[4096];
-    if (snprintf(name, sizeof name, "%s.pid", options->path) >= (int)sizeof name)
+    if (!lock_name(options->path, name, sizeof name))
         return pm_error_set(err, PM_E_LIMIT, "the store's path is too long");
     store->lock_file = open(name, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     if (store->lock_file < 0)

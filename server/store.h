@@ -48,7 +48,7 @@ PM_MUST_USE pm_status pm_store_upload_begin(pm_store *store, int64_t *upload, pm
 /* Chunk `n`; every one but the last has PM_CHUNK_BYTES. */
 PM_MUST_USE pm_status pm_store_upload_chunk(pm_store *store, int64_t upload, uint64_t n,
                                             const void *data, size_t size, pm_error *err);
-/* The blob is there when this returns; *existed tells if it was before. */
+/* The blob is there when this returns; *existed tells if it was before, undamaged. */
 PM_MUST_USE pm_status pm_store_upload_finish(pm_store *store, int64_t upload,
                                              const pm_digest *digest, uint64_t size,
                                              bool *existed, pm_error *err);

@@ -38,10 +38,15 @@ static pm_status insert_chunk(pm_store *store, int64_t blob, uint64_t n, const v
                         chunk_id(blob, n), crc32c(data, size), data, size);
 }
 
+static pm_status delete_chunks(pm_store *store, int64_t blob, pm_error *err)
+{
+    return pm_store_run(store, err, "DELETE FROM chunks WHERE id BETWEEN ? AND ?", "ii",
+                        chunk_id(blob, 0), chunk_id(blob + 1, 0) - 1);
+}
+
 static pm_status delete_blob(pm_store *store, int64_t blob, pm_error *err)
 {
-    pm_status st = pm_store_run(store, err, "DELETE FROM chunks WHERE id BETWEEN ? AND ?", "ii",
-                                chunk_id(blob, 0), chunk_id(blob + 1, 0) - 1);
+    pm_status st = delete_chunks(store, blob, err);
     return st ? st : pm_store_run(store, err, "DELETE FROM blobs WHERE id = ?", "i", blob);
 }
 
@@ -96,12 +101,42 @@ static pm_status new_blob(pm_store *store, const pm_digest *digest, uint64_t siz
     return st;
 }
 
+/* Whether all chunks are there and sound. Asked before bytes that come again are not stored
+ * again: what was damaged on the disk is healed by whoever has the bytes. */
+static pm_status check_blob(pm_store *store, const pm_blob *blob, bool *sound, pm_error *err)
+{
+    uint64_t total = 0;
+    pm_query query =
+        pm_query_begin(store, err, "SELECT crc, data FROM chunks WHERE id BETWEEN ? AND ?",
+                       "ii", chunk_id(blob->id, 0), chunk_id(blob->id + 1, 0) - 1);
+    *sound = true;
+    while (*sound && pm_query_row(&query)) {
+        size_t size = 0;
+        const void *data = pm_query_bytes(&query, 1, &size);
+        *sound = pm_query_integer(&query, 0) == crc32c(data, size);
+        total += size;
+    }
+    *sound = *sound && total == blob->size;
+    return pm_query_end(&query);
+}
+
+/* A blob that is there, whole. One that is damaged loses its chunks and keeps its id, so that
+ * nobody who refers to it loses it: then *sound is false. */
+static pm_status find_sound(pm_store *store, const pm_digest *digest, pm_blob *out, bool *sound,
+                            pm_error *err)
+{
+    *sound = false;
+    pm_status st = pm_store_find_blob(store, digest, out, err);
+    if (!st)
+        st = check_blob(store, out, sound, err);
+    return st || *sound ? st : delete_chunks(store, out->id, err);
+}
+
 pm_status pm_store_insert_blob(pm_store *store, const void *data, size_t size, pm_blob *out,
                                bool *existed, pm_error *err)
 {
     pm_blob blob = {.digest = pm_digest_of(data, size), .size = size};
-    pm_status st = pm_store_find_blob(store, &blob.digest, &blob, err);
-    *existed = !st;
+    pm_status st = find_sound(store, &blob.digest, &blob, existed, err);
     if (st == PM_E_MISSING)
         st = new_blob(store, &blob.digest, size, &blob.id, err);
     for (size_t at = 0; at < size && !st && !*existed; at += PM_CHUNK_BYTES) {
@@ -175,6 +210,14 @@ pm_status pm_store_upload_chunk(pm_store *store, int64_t upload, uint64_t n, con
     return st;
 }
 
+/* Gives an upload's chunks to a blob that has lost its own. */
+static pm_status move_chunks(pm_store *store, int64_t from, int64_t to, pm_error *err)
+{
+    return pm_store_run(store, err, "UPDATE chunks SET id = id + ? WHERE id BETWEEN ? AND ?",
+                        "iii", chunk_id(to, 0) - chunk_id(from, 0), chunk_id(from, 0),
+                        chunk_id(from + 1, 0) - 1);
+}
+
 pm_status pm_store_upload_finish(pm_store *store, int64_t upload, const pm_digest *digest,
                                  uint64_t size, bool *existed, pm_error *err)
 {
@@ -182,9 +225,10 @@ pm_status pm_store_upload_finish(pm_store *store, int64_t upload, const pm_diges
     if (st)
         return st;
     pm_blob known;
-    st = pm_store_find_blob(store, digest, &known, err);
-    *existed = !st;
-    if (*existed)
+    st = find_sound(store, digest, &known, existed, err);
+    if (!st && !*existed)
+        st = move_chunks(store, upload, known.id, err);
+    if (!st)
         st = delete_blob(store, upload, err);
     else if (st == PM_E_MISSING)
         st = pm_store_run(store, err,

@@ -204,6 +204,48 @@ static void a_flipped_bit_is_found_and_the_blob_can_be_made_again(void **state)
     pm_store_close(store);
 }
 
+static void upload(pm_store *store, const unsigned char *data, uint64_t chunks, bool *existed)
+{
+    int64_t id = 0;
+    const pm_digest digest = pm_digest_of(data, chunks * MIB);
+    assert_int_equal(pm_store_upload_begin(store, &id, NULL), PM_OK);
+    for (uint64_t n = 0; n < chunks; n++)
+        assert_int_equal(pm_store_upload_chunk(store, id, n, data + n * MIB, MIB, NULL), PM_OK);
+    assert_int_equal(pm_store_upload_finish(store, id, &digest, chunks * MIB, existed, NULL),
+                     PM_OK);
+}
+
+/* Whoever refers to the blob by its id, such as a scene, has it back. */
+static void bytes_that_come_again_heal_a_damaged_blob(void **state)
+{
+    const struct place *place = *state;
+    unsigned char *data = noise(2 * MIB, 4), *back = malloc(2 * MIB);
+    pm_store *store = open_store(place);
+    const pm_blob first = put(store, data, 2 * MIB);
+    for (int by_upload = 0; by_upload < 2; by_upload++) {
+        pm_blob again = first;
+        bool existed = true;
+        pm_store_close(store);
+        flip_bit(place->path, data + MIB + 1000, 32);
+        store = open_store(place);
+        assert_int_equal(read_all(store, &first, back), PM_E_CORRUPT);
+        if (by_upload)
+            upload(store, data, 2, &existed);
+        else
+            assert_int_equal(pm_store_blob_put(store, data, 2 * MIB, &again, &existed, NULL),
+                             PM_OK);
+        assert_false(existed);
+        assert_int_equal(again.id, first.id);
+        assert_int_equal(read_all(store, &first, back), PM_OK);
+        assert_memory_equal(back, data, 2 * MIB);
+        upload(store, data, 2, &existed);
+        assert_true(existed);
+    }
+    free(data);
+    free(back);
+    pm_store_close(store);
+}
+
 /* ---- batches ---- */
 
 static void batches_are_found_by_family_and_index(void **state)
@@ -368,9 +410,15 @@ static void one_store_has_one_server(void **state)
     char self[32];
     snprintf(self, sizeof self, "%ld", (long)getpid());
     assert_non_null(strstr(err.text, self));
+    struct place linked;
+    snprintf(linked.path, sizeof linked.path, "%.60s/link", place->folder);
+    assert_int_equal(symlink(place->path, linked.path), 0);
+    const pm_store_options by_link = {.path = linked.path};
+    assert_int_equal(pm_store_open(&by_link, &second, NULL), PM_E_MISMATCH);
     pm_store_close(store);
-    store = open_store(place);
+    store = open_store(&linked);
     pm_store_close(store);
+    unlink(linked.path);
 }
 
 static void set_integer(const char *path, long at, uint32_t value)
@@ -488,6 +536,7 @@ int main(void)
         TEST(an_upload_and_bytes_at_once_are_the_same_blob),
         TEST(an_upload_cut_short_leaves_nothing),
         TEST(a_flipped_bit_is_found_and_the_blob_can_be_made_again),
+        TEST(bytes_that_come_again_heal_a_damaged_blob),
         TEST(batches_are_found_by_family_and_index),
         TEST(eviction_takes_old_batches_and_leaves_scenes_and_inputs),
         TEST(a_job_goes_from_queue_to_results),
