@@ -62,8 +62,7 @@ static inline void decode_normals(__m128i codes, __m256 n[3])
     n[2] = _mm256_mul_ps(z, inverse);
 }
 
-/* Turns normals n into the means with the search's normal; returns the lanes within 60 degrees.
- */
+/* Turns normals into their means with the search's; returns the lanes within 60 degrees. */
 static inline unsigned mean_normals(const pm_search *s, __m256 n[3])
 {
     __m256 cosine = _mm256_setzero_ps();

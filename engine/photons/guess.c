@@ -13,8 +13,7 @@ static size_t home_node(const pm_search *s)
         p[a] = (uint32_t)fmin(fmax(s->point[a] + PM_GRID_PER_WORLD, 0), UINT32_MAX);
     uint64_t code = pm_photon_upper_code(p);
     size_t low = 0, size = s->map->level_start[1];
-    while (size >
-           1) { /* nodes before low do not start behind the point, those from low + size do */
+    while (size > 1) { /* node low does not start behind the point, node low + size does */
         size_t half = size / 2;
         low = s->map->first_code[low + half] > code ? low : low + half;
         size -= half;
@@ -110,7 +109,7 @@ static struct hint ask_node(const pm_node *node, const pm_search *s)
     return (struct hint){least_of_eight(least), sum_of_eight(sum) / count};
 }
 
-double pm_search_guess(const pm_search *s, uint32_t wanted)
+double pm_search_guess(pm_search *s, uint32_t wanted)
 {
     const pm_photon_map *map = s->map;
     size_t i = home_node(s);
@@ -125,12 +124,14 @@ double pm_search_guess(const pm_search *s, uint32_t wanted)
     double step = 1 / (double)node->steps_per_unit;
     if (!(hint.density > 0)) /* none here: from somewhere, growing */
         return step * step;
-    /* The spread of a Poisson number on top; a box around n points in a square covers less than
-     * the square, but boxes that jump along the curve cover more: GUESS is measured. */
-    const double guess = 0.85;
-    double measure = guess * (wanted + 2 * sqrt(wanted)) / (photons * (double)hint.density);
+    /* The spread of a Poisson number on top. Boxes around a few points cover less than those
+     * points stand for, boxes that jump along the curve more: the factor is measured. */
+    const double factor = 0.85;
+    double measure = factor * (wanted + 2 * sqrt(wanted)) / (photons * (double)hint.density);
     double radius =
         s->surface ? sqrt(measure / PM_PI) : pm_pow(measure / (4.0 / 3 * PM_PI), 1.0 / 3);
-    radius = (radius + sqrt((double)hint.distance2)) * step;
+    double distance = sqrt((double)hint.distance2);
+    s->careful = s->surface && distance > radius;
+    radius = (radius + distance) * step;
     return fmax(radius * radius, 1);
 }

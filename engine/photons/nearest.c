@@ -79,8 +79,7 @@ static double next_above(const pm_candidates *c, double limit)
     return fmin(fmin(lane[0], lane[1]), fmin(lane[2], lane[3]));
 }
 
-/* Halfway between two doubles >= 0 in the order of their bits, which any run of halvings ends.
- */
+/* Halfway between two doubles >= 0 in the order of their bits: 64 halvings end anywhere. */
 static double middle_double(double a, double b)
 {
     uint64_t p, q;

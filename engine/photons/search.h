@@ -8,8 +8,9 @@
 /* Which photons belong to the surface asked, as photon_map.h says. */
 #define PM_NORMAL_COSINE 0.5
 #define PM_TANGENT_SLOPE 0.25
-#define PM_TANGENT_SLACK 2.0 /* [grid units]; stored positions are off by half a unit an axis  \
-                              */
+#define PM_TANGENT_SLACK                                                                       \
+    2.0 /* [grid units]; stored positions are off by half a unit an axis                       \
+         */
 
 typedef struct pm_search {
     const pm_photon_map *map;
@@ -48,8 +49,8 @@ typedef void pm_take_blocks(void *context, pm_search *search, const uint32_t *bl
 void pm_search_walk(pm_search *search, pm_take_blocks *take, void *context);
 
 /* A squared radius that probably holds somewhat more than the wanted photons, from the boxes
- * where the point would be stored. Only speed depends on it. */
-double pm_search_guess(const pm_search *search, uint32_t wanted);
+ * where the point would be stored; sets `careful` if they are far. Only speed depends on it. */
+double pm_search_guess(pm_search *search, uint32_t wanted);
 
 /* Sums of packed fluxes over photons found; squares for the variance. */
 typedef struct pm_flux_sum {
