@@ -43,7 +43,9 @@ const char pm_options_help[] =
     "  --blob-limit BYTES   largest upload, default 4g; 0: any\n"
     "How it works\n"
     "  --jobs N             jobs at a time, default 1\n"
-    "  --memory-limit BYTES address space of a worker, default none\n"
+    "  --memory-limit BYTES address space of a worker; default: three quarters of the "
+    "machine's\n"
+    "                       memory, shared out among the jobs and a scene check; 0: any\n"
     "  --cpu-limit SECONDS  CPU time of a worker, default none\n"
     "  --worker FILE        default: pmworker beside pmserver\n"
     "  --exit-when-idle FILE  private server: who uses it holds a shared flock(2) on FILE; "
@@ -186,13 +188,28 @@ static pm_status default_worker(pm_options *out, pm_error *err)
     return set_owned(&out->worker, path, err);
 }
 
+/* One scene that unfolds to more than the machine holds must not take the others with it. */
+static uint64_t default_memory_limit(unsigned jobs)
+{
+    long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGE_SIZE);
+    if (pages <= 0 || page <= 0)
+        return 0;
+    return (uint64_t)pages * (uint64_t)page / 4 * 3 / (jobs + 1);
+}
+
 pm_status pm_options_parse(int argc, char **argv, pm_options *out, pm_error *err)
 {
-    pm_options options = {
-        .jobs = 1, .connections = 256, .patience_s = 30, .blob_limit = UINT64_C(4) << 30};
+    const uint64_t unset = UINT64_MAX;
+    pm_options options = {.jobs = 1,
+                          .connections = 256,
+                          .patience_s = 30,
+                          .memory_limit = unset,
+                          .blob_limit = UINT64_C(4) << 30};
     pm_status st = PM_OK;
     for (int i = 1; i < argc && !st; i++)
         st = read_word(argv, &i, &options, err);
+    if (options.memory_limit == unset)
+        options.memory_limit = default_memory_limit(options.jobs);
     if (!st && !options.listen && !options.unix_path)
         options.listen = "127.0.0.1:8430";
     if (!st && !options.help && !options.store)

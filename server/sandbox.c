@@ -32,7 +32,7 @@ pm_status pm_sandbox_limit(const pm_sandbox_limits *limits, pm_error *err)
     pm_status st = limit(RLIMIT_CORE, 0, 0, "core files", err);
     if (!st)
         st = limit(RLIMIT_NOFILE, 64, 64, "open files", err);
-    if (!st && limits->memory_bytes)
+    if (!st && limits->memory_bytes && !sanitized) /* whose shadow takes terabytes */
         st = limit(RLIMIT_AS, limits->memory_bytes, limits->memory_bytes, "memory", err);
     if (!st &&
         limits->cpu_seconds) /* SIGXCPU at the soft limit names the cause; SIGKILL follows */

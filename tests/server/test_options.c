@@ -26,6 +26,7 @@ static void options_have_defaults_and_units(void **state)
     assert_string_equal(options.store, "/tmp/pm/store.sqlite");
     assert_string_equal(options.listen, "127.0.0.1:8430");
     assert_int_equal(options.jobs, 1);
+    assert_true(options.memory_limit > 0 && options.memory_limit < UINT64_MAX);
     assert_non_null(strstr(options.worker, "/pmworker"));
     pm_options_clear(&options);
     assert_int_equal(parse("--store a --unix b --jobs 3 --memory-limit 2G --blob-limit 10k -v",
