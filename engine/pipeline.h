@@ -44,7 +44,8 @@ typedef struct pm_job {
     size_t sensor_count;
     pm_quantity quantity;
 
-    /* Stops, whichever comes first; 0 = no such stop. With none given: error .02, 60 s. */
+    /* Stops, whichever comes first; 0 = no such stop. With none given: error .02, 60 s. An
+     * error alone, where nothing is lit, gives up after some 256 passes: error infinite. */
     uint32_t passes;
     double seconds; /* wall */
     double error;   /* relative, e.g. .02 */

@@ -11,6 +11,7 @@ enum {
     GLOBAL_PROBE = 20,   /* photons within the first radius */
     CAUSTIC_PROBE = 12,
     VOLUME_PROBE = 24,
+    DARK_PASSES = 256, /* without any light, after which an error is no longer waited for */
 };
 
 struct stops {
@@ -174,6 +175,18 @@ static bool time_is_up(const pm_run *run, const struct stops *stops)
     return stops->seconds > 0 && pm_run_wall_seconds(run) >= stops->seconds;
 }
 
+/* The error is small enough; or is the only stop and can never be, as nothing is lit. */
+static bool error_is_settled(const pm_run *run, const struct stops *stops)
+{
+    const pm_answer *answer = run->answer;
+    if (!(stops->error > 0))
+        return false;
+    if (answer->error <= stops->error)
+        return true;
+    bool alone = !stops->passes && !(stops->seconds > 0);
+    return alone && answer->error == INFINITY && answer->passes >= DARK_PASSES;
+}
+
 /* How far the job is towards its nearest stop. */
 static double share_done(const pm_run *run, const struct stops *stops)
 {
@@ -207,7 +220,7 @@ pm_status pm_run_passes(pm_run *run, pm_accumulation *accumulation,
             st = add_curve_point(run, accumulation);
             if (st)
                 return st;
-            last = last || (stops.error > 0 && run->answer->error <= stops.error);
+            last = last || error_is_settled(run, &stops);
         }
     }
     run->answer->nonfinite += pm_accumulation_nonfinite(accumulation);

@@ -235,6 +235,32 @@ static void job_stops_at_the_error_asked_for(void **state)
     pm_answer_clear(&answer);
 }
 
+/* ---- the dark ---- */
+
+static bool is_endless(void *context)
+{
+    return ++*(long *)context > 1000000;
+}
+
+/* Behind the lamp no sample ever brings light, so no error is ever known. */
+static void a_sensor_in_the_dark_does_not_wait_for_an_error_for_ever(void **state)
+{
+    (void)state;
+    long asked = 0;
+    const pm_job_hooks hooks = {.context = &asked, .cancelled = is_endless};
+    const pm_sensor behind = {{.2, .2, 1}, {0, 0, 1}};
+    pm_job job = job_of(PM_JOB_TRACE, 1);
+    job.passes = 0;
+    job.error = .05;
+    look_at(&job, &behind, 1, PM_IRRADIANCE);
+    pm_answer answer = {0};
+    run_job(&job, "void light m 0 0 3 1 1 1\nm polygon a 0 0 9 0 0 0 0 1 0 1 0 0\n", &hooks,
+            &answer);
+    assert_true(answer.values[0] == 0 && answer.half_widths[0] == INFINITY);
+    assert_true(answer.error == INFINITY && answer.passes >= 256 && answer.passes < 512);
+    pm_answer_clear(&answer);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -242,6 +268,7 @@ int main(void)
         cmocka_unit_test(error_falls_with_the_passes_as_theory_says),
         cmocka_unit_test(intervals_hold_the_truth_as_often_as_they_say),
         cmocka_unit_test(job_stops_at_the_error_asked_for),
+        cmocka_unit_test(a_sensor_in_the_dark_does_not_wait_for_an_error_for_ever),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
