@@ -87,11 +87,10 @@ typedef struct pm_estimate {
  * uniform Poisson field, and so is sum flux_i^2 / (pi r_{k+1}^2)^2 for its variance, that of
  * the radius included (k > 1; the variance for k = 1 is infinite).
  *
- *   gather_count  1 .. PM_GATHER_MAX
- *   weight        NULL: 1. It bears on the sum, not on which photons are near
- *   max_radius    > 0, INFINITY allowed. With at most k photons inside, all are summed over the
- * disc of max_radius, which keeps E unbiased. With INFINITY the farthest then sets the radius
- * and is not summed, so 0 or 1 photon give zero.
+ * gather_count is 1 .. PM_GATHER_MAX. weight bears on the sum, not on which photons are near;
+ * NULL means 1. max_radius is > 0 and may be INFINITY: with at most k photons inside a finite
+ * one, all are summed over its disc, which keeps E unbiased; with INFINITY the farthest then
+ * sets the radius and is not summed, so 0 or 1 photon give zero.
  *
  * A photon counts, here and within a fixed radius, if its normal is within 60 degrees of
  * `normal` and if it lies in the tangent plane: with D from point to photon, the mean m of both
