@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -290,6 +292,35 @@ uint64_t pm_store_bytes_locked(pm_store *store)
     return (uint64_t)(pages > 0 ? pages : 0) * PAGE_BYTES;
 }
 
+/* What chunks leave free on the disk, so that jobs can still end, what is stored can still be
+ * deleted, and the next pmserver can still open the store. */
+#define RESERVE_BYTES (UINT64_C(16) << 20)
+
+static uint64_t log_bytes(pm_store *store)
+{
+    struct stat about;
+    const char *name = sqlite3_filename_wal(sqlite3_db_filename(store->db, "main"));
+    return name && !stat(name, &about) ? (uint64_t)about.st_size : 0;
+}
+
+/* Everything goes through the write-ahead log first, and then into pages that are free, or
+ * makes the file grow by as much again. */
+pm_status pm_store_check_room(pm_store *store, uint64_t size, pm_error *err)
+{
+    struct statvfs disk;
+    if (fstatvfs(store->lock_file, &disk))
+        return PM_OK; /* unknown; SQLite says if it does not fit */
+    uint64_t room = (uint64_t)disk.f_bavail * disk.f_frsize, log = log_bytes(store);
+    if (room >= RESERVE_BYTES + log + size)
+        return PM_OK;
+    uint64_t reusable = (uint64_t)pragma(store, "PRAGMA freelist_count") * PAGE_BYTES;
+    if (reusable >= log + size && room >= RESERVE_BYTES + size)
+        return PM_OK;
+    return pm_error_set(err, PM_E_IO,
+                        "the store's disk is full but for a reserve: make room on it, or start "
+                        "pmserver with a --store-limit that fits");
+}
+
 uint64_t pm_store_bytes(pm_store *store)
 {
     pm_store_lock(store);
@@ -346,10 +377,10 @@ static pm_status check_schema(pm_store *store, const char *path, pm_error *err)
 
 static pm_status prepare(pm_store *store, const char *path, pm_error *err)
 {
-    static const char settings[] =
-        "PRAGMA page_size=65536; PRAGMA journal_mode=WAL;"
-        "PRAGMA synchronous=FULL; PRAGMA secure_delete=FAST;"
-        "PRAGMA foreign_keys=ON; PRAGMA journal_size_limit=67108864;";
+    static const char settings[] = "PRAGMA page_size=65536; PRAGMA journal_mode=WAL;"
+                                   "PRAGMA synchronous=FULL; PRAGMA secure_delete=FAST;"
+                                   "PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=64; "
+                                   "PRAGMA journal_size_limit=4194304;";
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
     if (sqlite3_open_v2(path, &store->db, flags, NULL) != SQLITE_OK)
         return pm_error_set_at(err, PM_E_IO, path, 0, 0, "cannot be opened: %s",

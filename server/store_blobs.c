@@ -34,6 +34,9 @@ static pm_status insert_chunk(pm_store *store, int64_t blob, uint64_t n, const v
 {
     if (n >> CHUNK_BITS)
         return pm_error_set(err, PM_E_LIMIT, "a blob has more than a tebibyte");
+    pm_status st = pm_store_check_room(store, size, err);
+    if (st)
+        return st;
     return pm_store_run(store, err, "INSERT INTO chunks(id, crc, data) VALUES(?, ?, ?)", "iib",
                         chunk_id(blob, n), crc32c(data, size), data, size);
 }

@@ -38,6 +38,8 @@ PM_MUST_USE pm_status pm_query_end(pm_query *query);
 /* A statement without rows. */
 PM_MUST_USE pm_status pm_store_run(pm_store *store, pm_error *err, const char *sql,
                                    const char *types, ...);
+/* Whether so many bytes more leave the disk's reserve alone. The caller holds the lock. */
+PM_MUST_USE pm_status pm_store_check_room(pm_store *store, uint64_t size, pm_error *err);
 int64_t pm_store_last_id(pm_store *store);
 int pm_store_changes(pm_store *store);
 
