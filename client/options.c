@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "photons/photon_map.h"
 #include "refusals.h"
 
 enum {
@@ -167,7 +168,7 @@ static pm_status take_gather(struct words *words, uint32_t *gather)
 {
     if (!next_is_count(words))
         return PM_OK;
-    pm_status st = take_u32(words, "photons an estimate", 1, 100000, gather);
+    pm_status st = take_u32(words, "photons an estimate", 1, PM_GATHER_MAX, gather);
     if (!st && next_is_count(words))
         return pm_error_set(words->err, PM_E_UNSUPPORTED,
                             "%s: a second number (%s) asks for bias compensation, which is not "
@@ -315,7 +316,7 @@ static pm_status take_seed(struct words *words)
 
 static pm_status take_max_events(struct words *words)
 {
-    return take_u32(words, "scatterings", 1, 1000000, &words->out->max_events);
+    return take_u32(words, "scatterings", 1, 50000, &words->out->max_events);
 }
 
 static pm_status take_threads(struct words *words)

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/digest.h"
+#include "photons/photon_map.h"
 
 /* ---- the tables ---- */
 
@@ -29,7 +30,7 @@ const pm_field pm_fields_map[] = {
     {.name = "gather",
      .type = PM_FIELD_INTEGER,
      .low = 1,
-     .high = 100000,
+     .high = PM_GATHER_MAX,
      .unit = "photons",
      .otherwise = "40",
      .doc = "Photons that an estimate gathers."},
@@ -126,7 +127,7 @@ const pm_field pm_fields_job[] = {
     {.name = "max_events",
      .type = PM_FIELD_INTEGER,
      .low = 1,
-     .high = 1e6,
+     .high = 50000,
      .unit = "scatterings",
      .otherwise = "5000",
      .doc = "Most scatterings on a photon's path."},
