@@ -19,14 +19,15 @@ static void shade_plastic(const struct pm_material *m, double cosine, pm_surface
     if (out->fresnel)
         rise = pm_fresnel_estimate(cosine);
     double specular = m->specularity + rise * (1 - m->specularity);
-    double transmitted = m->transmission * (1 - specular);
-    double straight = transmitted * m->straight_fraction;
+    double rest = 1 - specular, straight = rest * m->transmission * m->straight_fraction;
     out->specular_reflectance = pm_rgb_grey(specular);
     if (m->type == PM_METAL)
         out->specular_reflectance =
             pm_rgb_madd(pm_rgb_grey(rise), m->specularity * (1 - rise), m->color);
-    out->diffuse_reflectance = pm_rgb_scale(m->color, 1 - transmitted - specular);
-    out->diffuse_transmittance = pm_rgb_scale(m->color, transmitted - straight);
+    /* products, so that what the arguments leave nothing for is exactly black */
+    out->diffuse_reflectance = pm_rgb_scale(m->color, rest * (1 - m->transmission));
+    out->diffuse_transmittance =
+        pm_rgb_scale(m->color, rest * m->transmission * (1 - m->straight_fraction));
     if (smooth)
         out->straight_transmittance = pm_rgb_scale(m->color, straight);
     else

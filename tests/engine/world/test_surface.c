@@ -198,6 +198,24 @@ static void trans_parts_are_radiances(void **state)
     pm_world_free(world);
 }
 
+/* A diffuse rest of 1e-17 would end gather rays and store photons. */
+static void trans_that_passes_all_straight_has_no_diffuse_part(void **state)
+{
+    (void)state;
+    for (int i = 0; i <= 100; i++)
+        for (int rough = 0; rough < 2; rough++) {
+            char text[100];
+            snprintf(text, sizeof text, "void trans m 0 0 7 .6 .5 .4 %g %g 1 1", i / 100.,
+                     .1 * rough);
+            pm_world *world = floor_of(text);
+            for (int c = 0; c < COSINES; c++) {
+                pm_surface s = floor_at(world, polar(cosines[c], 0));
+                assert_false(pm_surface_is_diffuse(&s));
+            }
+            pm_world_free(world);
+        }
+}
+
 static void metal_colours_its_reflection(void **state)
 {
     (void)state;
@@ -454,6 +472,7 @@ int main(void)
         cmocka_unit_test(lambertian_is_rho_over_pi),
         cmocka_unit_test(diffuse_parts_are_reciprocal),
         cmocka_unit_test(trans_parts_are_radiances),
+        cmocka_unit_test(trans_that_passes_all_straight_has_no_diffuse_part),
         cmocka_unit_test(metal_colours_its_reflection),
         cmocka_unit_test(both_sides_of_plastic_are_alike_and_a_mirrors_back_is_black),
         cmocka_unit_test(lamps_absorb_from_both_sides),
