@@ -118,6 +118,8 @@ static bool step(const struct pm_pass *pass, struct pm_walk *walk, struct pm_sam
 {
     pm_hit hit;
     bool met = pm_world_intersect(pass->world, &walk->ray, &hit);
+    if (met)
+        pm_media_meet(&walk->media, pass->world, &hit, walk->ray.direction);
     if (walk->media.count)
         pm_inscatter(pass, walk, met ? hit.t : INFINITY, sampler, value);
     if (pm_rgb_is_black(walk->throughput))

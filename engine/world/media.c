@@ -21,15 +21,32 @@ static void enter(pm_media *media, uint32_t material)
         media->material[media->count++] = material;
 }
 
-static void leave(pm_media *media, uint32_t material)
+/* The last entry of a material, or -1. */
+static int find(const pm_media *media, uint32_t material)
 {
     int i = media->count - 1;
     while (i >= 0 && media->material[i] != material)
         i--;
+    return i;
+}
+
+static void leave(pm_media *media, uint32_t material)
+{
+    int i = find(media, material);
     if (i < 0)
         return;
     for (media->count--; i < media->count; i++)
         media->material[i] = media->material[i + 1];
+}
+
+void pm_media_meet(pm_media *media, const pm_world *world, const pm_hit *hit, pm_vec3 direction)
+{
+    if (!world->has_media || pm_vec3_dot(direction, hit->normal) < 0)
+        return;
+    uint32_t material = volume_of(world, hit->material);
+    pm_primitive_type type = world->materials[material].type;
+    if ((type == PM_MIST || type == PM_DIELECTRIC) && find(media, material) < 0)
+        enter(media, material);
 }
 
 void pm_media_cross(pm_media *media, const pm_world *world, const pm_hit *hit,

@@ -34,6 +34,13 @@ typedef struct pm_medium {
  * without media and antimatter. */
 void pm_media_at(const pm_world *world, pm_vec3 point, pm_media *out);
 
+/* A path comes along `direction` to the surface of `hit`. If it is the back of a mist or
+ * dielectric that is not listed, the path was in it: the volume has no closed boundary, such as
+ * water under a single polygon, and pm_media_at found no way out through it. Radiance's
+ * dielectric.c too takes what a ray meets from behind as what it came through. */
+void pm_media_meet(pm_media *media, const pm_world *world, const pm_hit *hit,
+                   pm_vec3 direction);
+
 /* A path goes through the surface of `hit` along `direction` (refraction and straight passage,
  * not reflection). Surfaces that bound no medium change nothing. */
 void pm_media_cross(pm_media *media, const pm_world *world, const pm_hit *hit,

@@ -21,6 +21,7 @@ pm_rgb pm_world_transmittance(const pm_world *world, const pm_ray *ray,
     double reached = 0;
     pm_hit hit;
     while (pm_rays_next(world, ray, &walk, &hit)) {
+        pm_media_meet(&media, world, &hit, ray->direction);
         attenuate(world, &media, hit.t - reached, &share);
         pm_rgb through = pm_material_straight(world, &hit, ray->direction, &media, weak);
         share = pm_rgb_mul(share, through);

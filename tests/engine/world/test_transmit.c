@@ -100,6 +100,29 @@ static void media_attenuate_along_what_they_hold(void **state)
     pm_world_free(world);
 }
 
+/* Of a mist that has a top alone, a ray that comes to the top from below was in it: from z = 0
+ * to 2, and then no more. One from above is in it from there to its end at z = -1. */
+static void a_ray_to_the_back_of_an_open_mist_was_in_it(void **state)
+{
+    (void)state;
+    pm_world *world = world_of("void mist fog 0 0 3 .3 .6 .9\n"
+                               "fog ring top 0 0 8 0 0 2 0 0 1 0 .1\n" PANE FRAME);
+    pm_vec3 below = pm_world_from_scene(world, pm_vec3_make(.01, .02, 0));
+    pm_media media;
+    pm_media_at(world, below, &media);
+    assert_int_equal(media.count, 0); /* aslant there are ways past the top */
+    pm_ray up = {below, {0, 0, 1}, INFINITY, PM_NO_PRIMITIVE};
+    pm_rgb t = pm_world_transmittance(world, &up, &media, false);
+    assert_near(t.r, exp(-.6), 1e-14);
+    assert_near(t.b, exp(-1.8), 1e-14);
+    pm_vec3 above = pm_world_from_scene(world, pm_vec3_make(.01, .02, 4));
+    pm_vec3 end = pm_world_from_scene(world, pm_vec3_make(.01, .02, -1));
+    pm_ray down = {above, {0, 0, -1}, pm_vec3_distance(above, end), PM_NO_PRIMITIVE};
+    t = pm_world_transmittance(world, &down, &media, false);
+    assert_near(t.g, exp(-1.8), 1e-14);
+    pm_world_free(world);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -107,6 +130,7 @@ int main(void)
         cmocka_unit_test(coincident_panes_are_passed_one_by_one),
         cmocka_unit_test(what_is_opaque_stops_light_among_panes),
         cmocka_unit_test(media_attenuate_along_what_they_hold),
+        cmocka_unit_test(a_ray_to_the_back_of_an_open_mist_was_in_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
