@@ -221,9 +221,10 @@ static void scattering_follows_the_phase_function(void **state)
 
 /* ---- limits ---- */
 
-/* Extinctions that no free path fits: everything finite, nothing hangs, transmittance right,
- * and the fog takes or gives back what it gets. In the thin limit its light is that of the
- * integral above, less than 1e-6 of a phase function. */
+/* Extinctions of all sizes: next events have the right transmittance to the last digit of a
+ * float, everything is finite and ends, and the fog takes or gives back what it gets. What a
+ * cloud as thick as that scatters to the eye is not claimed: look-ups cannot be narrower than
+ * their photons are apart. */
 static void extreme_extinctions_have_their_limits(void **state)
 {
     (void)state;
