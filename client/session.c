@@ -389,7 +389,10 @@ static pm_status end_of(const pm_session *session, const pm_json *job, pm_error 
 pm_status pm_session_run(pm_session *session, pm_json *request, pm_json **job, pm_error *err)
 {
     pm_json *accepted = NULL, *ended = NULL;
+    /* Only a job whose id has come can be cancelled, so a first signal waits for that. */
+    pm_http_set_patience(session->http, 2);
     pm_status st = post(session, "/v1/jobs", request, &accepted, err);
+    pm_http_set_patience(session->http, 1);
     if (st)
         return st;
     st = watch(session, pm_json_get_text(accepted, "id", ""), &ended, err);

@@ -5,7 +5,17 @@ bin=$1
 # shellcheck disable=SC2034 # the scripts use it
 pm=$bin/pmclient
 work=$(mktemp -d /tmp/pm_test_XXXXXX)
-trap 'rm -rf "$work"' EXIT
+# Ends a server that a failed test left, a stopped one included: it holds the test's output open.
+clean_up()
+{
+    for file in "$work"/*.pid; do
+        [ -s "$file" ] || continue
+        left=$(cat "$file")
+        { tr '\0' ' ' <"/proc/$left/cmdline"; } 2>/dev/null | grep -qF "$work" && kill -9 "$left"
+    done
+    rm -rf "$work"
+}
+trap clean_up EXIT
 cd "$work"
 PM_STORE=$work/store.sqlite
 export PM_STORE

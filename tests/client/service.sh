@@ -77,9 +77,12 @@ render_long
 wait_until_running
 server=$(cat "$PM_STORE.pid")
 kill -STOP "$server"
+until grep -q '^State:.*T' "/proc/$server/status"; do
+    sleep 0.1
+done
 kill -INT "$client"
 sleep 0.3
-kill -INT "$client"
+kill -INT "$client" || fail "the first signal was enough: $(cat long.txt)"
 status=0
 wait "$client" || status=$?
 kill -CONT "$server"
@@ -97,7 +100,7 @@ render_long
 wait_until_running
 server=$(cat "$PM_STORE.pid")
 for process in /proc/[0-9]*; do
-    case $(tr '\0' ' ' <"$process/cmdline" 2>/dev/null || true) in
+    case $({ tr '\0' ' ' <"$process/cmdline"; } 2>/dev/null || true) in
     *"pmworker $server "*) kill -9 "${process#/proc/}" ;;
     esac
 done
