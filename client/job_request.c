@@ -28,15 +28,13 @@ static pm_json *vector(pm_vec3 v)
 static bool put_view(pm_json *request, const pm_options *options)
 {
     const pm_view *view = &options->view;
-    uint32_t x = options->x, y = options->y;
-    if (options->pixel_aspect > 0)
-        pm_view_fit(view, &x, &y);
     return pm_json_put(request, "view",
                        pm_json_pack("{s:o, s:o, s:o, s:f, s:f}", "vp", vector(view->point),
                                     "vd", vector(view->direction), "vu", vector(view->up), "vh",
                                     view->horizontal, "vv", view->vertical)) &&
-           pm_json_put(request, "x", pm_json_pack("i", (int)x)) &&
-           pm_json_put(request, "y", pm_json_pack("i", (int)y));
+           pm_json_put(request, "x", pm_json_pack("i", (int)options->x)) &&
+           pm_json_put(request, "y", pm_json_pack("i", (int)options->y)) &&
+           pm_json_put(request, "pa", pm_json_pack("i", options->pixel_aspect > 0));
 }
 
 static bool put_map(pm_json *request, const pm_options *options, pm_map_kind kind,

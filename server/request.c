@@ -122,7 +122,8 @@ static pm_status read_picture(pm_request *out, pm_error *err)
         return st;
     job->width = (uint32_t)integer(out->json, "x");
     job->height = (uint32_t)integer(out->json, "y");
-    pm_view_fit(&job->view, &job->width, &job->height);
+    if (integer(out->json, "pa"))
+        pm_view_fit(&job->view, &job->width, &job->height);
     read_formats(out);
     return PM_OK;
 }
@@ -139,6 +140,7 @@ static const struct {
     {"view", RENDER},
     {"x", RENDER},
     {"y", RENDER},
+    {"pa", RENDER},
     {"points", TRACE},
     {"quantity", TRACE},
     {"passes", RENDER | TRACE},

@@ -281,6 +281,10 @@ static bool step(struct walk *walk)
         return step_through_medium(walk, &medium);
     if (!pm_world_intersect(walk->tracer->world, &walk->ray, &hit))
         return escape(walk);
+    pm_media_meet(&walk->media, walk->tracer->world, &hit, walk->ray.direction);
+    if (walk->media.count && pm_media_medium(&walk->media, walk->tracer->world, &medium))
+        return step_through_medium(walk,
+                                   &medium); /* what was met says that the path was in it */
     walk->travelled += hit.t;
     return meet_surface(walk, &hit);
 }

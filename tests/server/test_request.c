@@ -62,6 +62,19 @@ static void a_view_means_the_same_as_members_and_as_text(void **state)
     pm_request_clear(&b);
 }
 
+static void pixels_need_not_be_square(void **state)
+{
+    (void)state;
+    pm_request request;
+    assert_int_equal(parse(HEAD "\"render\", \"view\": {\"vh\": 60, \"vv\": 30}, \"x\": 100, "
+                                "\"y\": 128, \"pa\": 0}",
+                           &request, NULL),
+                     PM_OK);
+    assert_int_equal(request.job.width, 100);
+    assert_int_equal(request.job.height, 128);
+    pm_request_clear(&request);
+}
+
 static void naming_a_map_makes_a_job_of_nearest_photons(void **state)
 {
     (void)state;
@@ -173,6 +186,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_render_has_its_defaults),
         cmocka_unit_test(a_view_means_the_same_as_members_and_as_text),
+        cmocka_unit_test(pixels_need_not_be_square),
         cmocka_unit_test(naming_a_map_makes_a_job_of_nearest_photons),
         cmocka_unit_test(contradictions_name_their_member),
         cmocka_unit_test(members_without_meaning_are_refused_not_ignored),
