@@ -53,7 +53,19 @@ double integrate(double (*f)(double, const void *), const void *context, double 
     return sum * half / 9;
 }
 
+pm_vec3 sphere_point(int i, int count)
+{
+    const double golden = 2.399963229728653; /* pi (3 - sqrt(5)) */
+    double z = 1 - 2 * (i + .5) / count, r = sqrt(1 - z * z);
+    return (pm_vec3){r * cos(golden * i), r * sin(golden * i), z};
+}
+
 /* ---- scenes ---- */
+
+double sun_radiance(void)
+{
+    return 1 / (4 * PI * pow(sin(SUN_DEGREES * PI / 720), 2));
+}
 
 char *text_of(const char *format, ...)
 {

@@ -54,7 +54,20 @@ void expect_near(const char *what, double got, double want, double slack);
 double integrate(double (*f)(double, const void *), const void *context, double a, double b,
                  int steps);
 
+/* Point i of `count` evenly spread over the unit sphere, by the golden angle. */
+pm_vec3 sphere_point(int i, int count);
+
 /* ---- scenes ---- */
+
+/* Full angle of a sun whose light counts as parallel, and the radiance that gives it irradiance
+ * 1 at right angles. */
+#define SUN_DEGREES .1
+double sun_radiance(void);
+
+/* A wall of albedo 1/2 around a small lamp: even light, see test_furnace.c. */
+#define EVEN_SPHERE                                                                            \
+    "void light bright 0 0 3 1 1 1  bright sphere lamp 0 0 4 0 0 0 .02\n"                      \
+    "void plastic grey 0 0 5 .5 .5 .5 0 0  grey bubble wall 0 0 4 0 0 0 1\n"
 
 /* Scene text as by printf; to be freed. */
 char *text_of(const char *format, ...) __attribute__((format(printf, 1, 2)));

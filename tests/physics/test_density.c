@@ -21,7 +21,7 @@
 
 static char *even_floor(void)
 {
-    double radiance = 1 / (4 * PI * pow(sin(.1 * PI / 720), 2));
+    double radiance = sun_radiance();
     return text_of(SLAB_OVER_FLOOR, radiance, radiance, radiance);
 }
 
@@ -34,11 +34,10 @@ static void floor_grid(pm_sensor sensors[POINTS])
         sensors[i] = (pm_sensor){{.25 * (i % GRID - 2), .25 * (i / GRID - 2), 0}, {0, 0, 1}};
 }
 
-/* The K nearest within the distance of the next one: K / A is unbiased for photons that fell
- * independently, since A is gamma distributed with K + 1 and E[1 / A] = density / K. Photons
- * that are spread more evenly than by chance, as the Sobol points of the sun's are, have A
- * between K and K + 1 over the density: at most 1 / K too much or, at K + 1, 1 / (K + 1) too
- * little. */
+/* The K nearest, over the area A that reaches to the next one: K / A is unbiased for photons
+ * that fell independently, since A is gamma distributed with K + 1 and E[1 / A] = density / K.
+ * Photons that are spread more evenly than by chance, as those of the sun's Sobol points are,
+ * have A times the density between K and K + 1: at most 1 / K of bias. */
 static void nearest_photons_on_an_even_floor_give_its_irradiance(void **state)
 {
     (void)state;
@@ -55,7 +54,6 @@ static void nearest_photons_on_an_even_floor_give_its_irradiance(void **state)
         double slack = 1. / counts[i] + 1. / PHOTONS + .001;
         char what[40];
         snprintf(what, sizeof what, "%u nearest", counts[i]);
-        got.mean -= 0;
         expect_mean(what, &got, FLOOR_IRRADIANCE, slack * FLOOR_IRRADIANCE);
     }
     free(text);
@@ -81,21 +79,12 @@ static void photons_within_a_radius_on_an_even_floor_give_its_irradiance(void **
 /* An integrating sphere of albedo 1/2 with a lamp in its middle: see test_furnace.c. Its
  * photons fall evenly and independently. */
 #define LAMP_RADIUS .02
-#define SPHERE                                                                                 \
-    "void light bright 0 0 3 1 1 1  bright sphere lamp 0 0 4 0 0 0 .02\n"                      \
-    "void plastic grey 0 0 5 .5 .5 .5 0 0  grey bubble wall 0 0 4 0 0 0 1\n"
-#define LAMP_SHARE (LAMP_RADIUS * LAMP_RADIUS) /* of the wall's view */
-#define AGAIN      (.5 * (1 - LAMP_SHARE))
-#define DIRECT     (PI * LAMP_SHARE)
-#define INDIRECT   (DIRECT * AGAIN / (1 - AGAIN))
+#define LAMP_SHARE  (LAMP_RADIUS * LAMP_RADIUS) /* of the wall's view */
+#define AGAIN       (.5 * (1 - LAMP_SHARE))
+#define DIRECT      (PI * LAMP_SHARE)
+#define INDIRECT    (DIRECT * AGAIN / (1 - AGAIN))
 
 enum { SPREAD = 32 };
-
-static pm_vec3 spread(int i, int count)
-{
-    double z = 1 - 2 * (i + .5) / count, phi = 2.399963229728653 * i, r = sqrt(1 - z * z);
-    return (pm_vec3){r * cos(phi), r * sin(phi), z};
-}
 
 static void expect_ratio(const char *what, double got, double want, double error)
 {
@@ -113,7 +102,7 @@ static void error_of_nearest_photons_falls_with_the_root_of_their_number(void **
     static const uint32_t counts[] = {16, 64, 256};
     pm_sensor sensors[SPREAD];
     for (int i = 0; i < SPREAD; i++) {
-        sensors[i].point = spread(i, SPREAD);
+        sensors[i].point = sphere_point(i, SPREAD);
         sensors[i].normal = pm_vec3_negate(sensors[i].point);
     }
     for (int i = 0; i < 3; i++) {
@@ -124,7 +113,7 @@ static void error_of_nearest_photons_falls_with_the_root_of_their_number(void **
         for (unsigned seed = 1; seed <= SEEDS; seed++) {
             pm_answer answer;
             job.forward.seed = seed;
-            run_job(&job, SPHERE, NULL, &answer);
+            run_job(&job, EVEN_SPHERE, NULL, &answer);
             for (int k = 0; k < SPREAD; k++)
                 stat_add(&got, (double)answer.values[3 * k] / INDIRECT - DIRECT / INDIRECT);
             pm_answer_clear(&answer);
@@ -144,11 +133,6 @@ static void error_of_nearest_photons_falls_with_the_root_of_their_number(void **
  * Discs apart count as independent: their correlation is of order c. */
 enum { DISCS = 12, RUNS = 40 };
 #define DISC_RADIUS .4
-
-struct disc_run {
-    pm_pool *pool;
-    pm_world *world;
-};
 
 static pm_world *compile(const char *text)
 {
@@ -178,7 +162,7 @@ static void count_discs(const pm_world *world, const pm_batch *batch, double sca
     for (uint32_t i = 0; i < batch->ends[paths - 1]; i++) {
         pm_vec3 p = pm_world_to_scene(world, pm_photon_position(&batch->photons[i]));
         for (int k = 0; k < DISCS; k++)
-            if (pm_vec3_distance(p, spread(k, DISCS)) <= DISC_RADIUS)
+            if (pm_vec3_distance(p, sphere_point(k, DISCS)) <= DISC_RADIUS)
                 flux[k] += pm_photon_flux(&batch->photons[i]).r;
     }
     double unit = scale * info.scale * info.scale / paths / expected;
@@ -206,7 +190,7 @@ static void error_of_a_disc_falls_with_the_root_of_the_paths(void **state)
 {
     (void)state;
     struct stat got[4] = {0};
-    pm_world *world = compile(SPHERE);
+    pm_world *world = compile(EVEN_SPHERE);
     pm_pool *pool = pm_pool_new(1);
     for (uint64_t seed = 1; seed <= RUNS; seed++)
         one_batch(world, pool, seed, got);
@@ -223,8 +207,8 @@ static void error_of_a_disc_falls_with_the_root_of_the_paths(void **state)
     pm_world_free(world);
 }
 
-/* Nearly all of the error of N = K m photons is the K's: a look-up of all maps with K a fixed
- * share of N falls like 1 / sqrt(N). With K fixed it stays: the peer's trap. */
+/* The error of a look-up is that of its K photons: with K fixed a larger map does not reduce
+ * it, which is the peer's trap; with K a fixed share of N it falls like 1 / sqrt(N). */
 static void error_falls_only_if_the_gather_count_grows_with_the_map(void **state)
 {
     (void)state;
@@ -233,7 +217,7 @@ static void error_falls_only_if_the_gather_count_grows_with_the_map(void **state
     double deviation[3];
     pm_sensor sensors[SPREAD];
     for (int i = 0; i < SPREAD; i++) {
-        sensors[i].point = spread(i, SPREAD);
+        sensors[i].point = sphere_point(i, SPREAD);
         sensors[i].normal = pm_vec3_negate(sensors[i].point);
     }
     for (int i = 0; i < 3; i++) {
@@ -244,7 +228,7 @@ static void error_falls_only_if_the_gather_count_grows_with_the_map(void **state
         for (unsigned seed = 1; seed <= SEEDS / 2; seed++) {
             pm_answer answer;
             job.forward.seed = seed;
-            run_job(&job, SPHERE, NULL, &answer);
+            run_job(&job, EVEN_SPHERE, NULL, &answer);
             for (int k = 0; k < SPREAD; k++)
                 stat_add(&got, (double)answer.values[3 * k]);
             pm_answer_clear(&answer);

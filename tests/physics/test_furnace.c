@@ -216,11 +216,12 @@ static double sphere_irradiance(double albedo, double lamp)
     return PI * lamp * lamp / (1 - albedo * (1 - lamp * lamp));
 }
 
-static void on_the_wall(pm_sensor sensors[DIRECTIONS])
+static void on_the_wall(pm_sensor *sensors, int count)
 {
-    spread(sensors, true);
-    for (int i = 0; i < DIRECTIONS / 4; i++) /* all the sphere, now without a cap */
-        sensors[i].point.z *= -1, sensors[i].normal.z *= -1;
+    for (int i = 0; i < count; i++) {
+        sensors[i].point = sphere_point(i, count);
+        sensors[i].normal = pm_vec3_negate(sensors[i].point);
+    }
 }
 
 /* The direct part has no noise to speak of: a sphere's cone, seen whole. */
@@ -229,7 +230,7 @@ static void integrating_sphere_indirect_irradiance(void **state)
     (void)state;
     const double direct = sphere_irradiance(0, LAMP_RADIUS);
     pm_sensor sensors[DIRECTIONS];
-    on_the_wall(sensors);
+    on_the_wall(sensors, DIRECTIONS);
     for (int i = 0; i < 3; i++) {
         char *text = integrating_sphere(albedos[i], LAMP_RADIUS);
         double want = sphere_irradiance(albedos[i], LAMP_RADIUS) - direct;
@@ -252,7 +253,7 @@ static void integrating_sphere_direct_irradiance(void **state)
 {
     (void)state;
     pm_sensor sensors[DIRECTIONS];
-    on_the_wall(sensors);
+    on_the_wall(sensors, DIRECTIONS);
     char *text = integrating_sphere(.9, LAMP_RADIUS);
     pm_job job = job_of(PM_JOB_TRACE, 0);
     look_at(&job, sensors, DIRECTIONS, PM_IRRADIANCE);
@@ -271,11 +272,7 @@ static void integrating_sphere_of_albedo_999(void **state)
     enum { POINTS = 512 };
     const double lamp = .1;
     pm_sensor sensors[POINTS];
-    for (int i = 0; i < POINTS; i++) {
-        double z = 1 - 2 * (i + .5) / POINTS, phi = 2.399963229728653 * i, r = sqrt(1 - z * z);
-        sensors[i].point = (pm_vec3){r * cos(phi), r * sin(phi), z};
-        sensors[i].normal = pm_vec3_negate(sensors[i].point);
-    }
+    on_the_wall(sensors, POINTS);
     char *text = integrating_sphere(.999, lamp);
     pm_job job = job_of(PM_JOB_TRACE, -1);
     look_at(&job, sensors, POINTS, PM_IRRADIANCE);

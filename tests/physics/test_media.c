@@ -38,7 +38,7 @@ static void next_events_are_attenuated_as_beer_and_lambert_say(void **state)
 {
     (void)state;
     for (int i = 0; i < 4; i++) {
-        double radiance = 1 / (4 * PI * pow(sin(.1 * PI / 720), 2));
+        double radiance = sun_radiance();
         char *text =
             text_of("void light sun 0 0 3 %.17g %.17g %.17g  sun source s 0 0 4 0 0 1 .1\n"
                     "void mist fog 0 0 3 %.17g %.17g 0  fog sphere cloud 0 0 4 0 0 0 1\n",
@@ -104,7 +104,7 @@ static void photons_go_on_in_the_mist_behind_a_ball(void **state)
 {
     (void)state;
     static const double albedo[] = {0, 1e-6}, fog[3] = {1, 2, 0};
-    double radiance = 1 / (4 * PI * pow(sin(.1 * PI / 720), 2));
+    double radiance = sun_radiance();
     for (int i = 0; i < 2; i++) {
         char *text =
             text_of("void light sun 0 0 3 %.17g %.17g %.17g  sun source s 0 0 4 0 0 1 .1\n"
@@ -145,7 +145,7 @@ static void photons_go_on_in_the_mist_behind_a_ball(void **state)
 
 static char *fog_cube(double extinction, double g)
 {
-    double radiance = 1 / (4 * PI * pow(sin(.1 * PI / 720), 2)), w = FOG_ALBEDO;
+    double radiance = sun_radiance(), w = FOG_ALBEDO;
     return text_of("void light sun 0 0 3 %.17g %.17g %.17g  sun source s 0 0 4 0 0 1 .1\n"
                    "void mist fog 0 0 7 %.17g %.17g %.17g %g %g %g %g\n"
                    "fog polygon low 0 0 12 -1 -1 -1 -1 1 -1 1 1 -1 1 -1 -1\n"
@@ -230,7 +230,7 @@ static void extreme_extinctions_have_their_limits(void **state)
     (void)state;
     static const double extremes[] = {1e-6, 1e-3, 1e3, 1e6};
     for (int i = 0; i < 4; i++) {
-        double s = extremes[i], radiance = 1 / (4 * PI * pow(sin(.1 * PI / 720), 2));
+        double s = extremes[i], radiance = sun_radiance();
         char *text =
             text_of("void light sun 0 0 3 %.17g %.17g %.17g  sun source s 0 0 4 0 0 1 .1\n"
                     "void mist fog 0 0 7 %g %g %g 1 .999 .5 0\n"

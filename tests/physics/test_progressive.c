@@ -18,13 +18,12 @@ static char *peers_box(void)
     return text;
 }
 
-/* From (0, 1, -4) the upper and the lower half of a picture 40 degrees square, as two views. */
-#define HALF_ANGLE 10.
-
-static pm_view half_view(double side)
+/* The lower half of a picture 40 degrees square from (0, 1, -4): no lamp is seen but in the
+ * balls. */
+static pm_view lower_half(void)
 {
-    double pitch = side * HALF_ANGLE * PI / 180;
-    return (pm_view){{0, 1, -4}, {0, sin(pitch), cos(pitch)}, {0, 1, 0}, 40, 2 * HALF_ANGLE};
+    const double pitch = -10 * PI / 180;
+    return (pm_view){{0, 1, -4}, {0, sin(pitch), cos(pitch)}, {0, 1, 0}, 40, 20};
 }
 
 /* Mean of a picture by the reference: rays spread evenly over it by Roberts' sequence, of which
@@ -88,13 +87,12 @@ static double edge_loss(void)
     return 2 * 9 * 2 * sqrt(2) * radius / 20 * 2 / (3 * PI);
 }
 
-/* In the lower half no lamp is seen but in the balls: floor, caustic, most of the walls. */
 static void picture_of_the_peers_box_converges_to_the_reference(void **state)
 {
     (void)state;
     char *text = peers_box();
     struct stat want[3] = {0}, got[3] = {0};
-    pm_view view = half_view(-1);
+    pm_view view = lower_half();
     reference_picture(text, &view, want);
     render_seeds(text, &view, got);
     for (int c = 0; c < 3; c++)
@@ -105,13 +103,9 @@ static void picture_of_the_peers_box_converges_to_the_reference(void **state)
 
 /* ---- how fast ---- */
 
-/* The integrating sphere of test_density.c: even light. Pass j has variance in proportion to 1
+/* In even light. Pass j has variance in proportion to 1
  * / r_j^2 and is independent of the others, so the mean of n has sqrt(sum 1 / r_j^2) / n of it,
  * about n^(-1/3) (Knaus and Zwicker 2011, eq. 19 with alpha = 2/3). */
-#define SPHERE                                                                                 \
-    "void light bright 0 0 3 1 1 1  bright sphere lamp 0 0 4 0 0 0 .02\n"                      \
-    "void plastic grey 0 0 5 .5 .5 .5 0 0  grey bubble wall 0 0 4 0 0 0 1\n"
-
 enum { POINTS = 256, RUNS = 8 };
 
 static double deviation_after(uint32_t passes)
@@ -119,8 +113,7 @@ static double deviation_after(uint32_t passes)
     pm_sensor sensors[POINTS];
     struct stat stat = {0};
     for (int i = 0; i < POINTS; i++) {
-        double z = 1 - 2 * (i + .5) / POINTS, phi = 2.399963229728653 * i, r = sqrt(1 - z * z);
-        sensors[i].point = (pm_vec3){r * cos(phi), r * sin(phi), z};
+        sensors[i].point = sphere_point(i, POINTS);
         sensors[i].normal = pm_vec3_negate(sensors[i].point);
     }
     pm_job job = job_of(PM_JOB_TRACE, -1);
@@ -129,7 +122,7 @@ static double deviation_after(uint32_t passes)
     for (unsigned seed = 1; seed <= RUNS; seed++) {
         pm_answer answer;
         job.forward.seed = seed;
-        run_job(&job, SPHERE, NULL, &answer);
+        run_job(&job, EVEN_SPHERE, NULL, &answer);
         for (int i = 0; i < POINTS; i++)
             stat_add(&stat, (double)answer.values[3 * i]);
         pm_answer_clear(&answer);

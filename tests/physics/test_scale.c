@@ -53,7 +53,8 @@ enum {
     WALL_POINTS = 4,
     SENSORS = FLOOR_POINTS + WALL_POINTS,
     RAYS = 8,
-    PHOTONS = 2000
+    PHOTONS = 2000,
+    RUNS = 12
 };
 
 struct measured {
@@ -85,9 +86,9 @@ static void measure(const struct place *place, struct measured *out)
     }
     job = job_of(PM_JOB_TRACE, -1);
     look_at(&job, sensors, SENSORS, PM_IRRADIANCE);
-    run_seeds(&job, text, SEEDS, out->irradiance);
+    run_seeds(&job, text, RUNS, out->irradiance);
     look_at(&job, rays, RAYS, PM_RADIANCE);
-    run_seeds(&job, text, SEEDS, out->radiance);
+    run_seeds(&job, text, RUNS, out->radiance);
     free(text);
 }
 

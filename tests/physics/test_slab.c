@@ -42,12 +42,10 @@ static double glass_transmittance(double angle, double index, double tn)
 
 /* ---- scenes ---- */
 
-/* A sun .1 degrees wide at that angle from the zenith; its irradiance at right angles is 1. */
-#define SUN_DEGREES .1
-
+/* A sun at that angle from the zenith; its irradiance at right angles is 1. */
 static char *sun(double angle)
 {
-    double solid_angle = 4 * PI * pow(sin(SUN_DEGREES * PI / 720), 2), l = 1 / solid_angle;
+    double l = sun_radiance();
     return text_of("void light sun 0 0 3 %.17g %.17g %.17g\n"
                    "sun source s 0 0 4 %.17g 0 %.17g %.17g\n",
                    l, l, l, sin(angle), cos(angle), SUN_DEGREES);
