@@ -64,7 +64,7 @@ pm_vec3 sphere_point(int i, int count);
 #define SUN_DEGREES .1
 double sun_radiance(void);
 
-/* A wall of albedo 1/2 around a small lamp: even light, see test_furnace.c. */
+/* A wall of albedo 1/2 around a small lamp: even light, see test_sphere.c. */
 #define EVEN_SPHERE                                                                            \
     "void light bright 0 0 3 1 1 1  bright sphere lamp 0 0 4 0 0 0 .02\n"                      \
     "void plastic grey 0 0 5 .5 .5 .5 0 0  grey bubble wall 0 0 4 0 0 0 1\n"

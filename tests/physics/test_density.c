@@ -76,7 +76,7 @@ static void photons_within_a_radius_on_an_even_floor_give_its_irradiance(void **
 
 /* ---- how errors fall ---- */
 
-/* An integrating sphere of albedo 1/2 with a lamp in its middle: see test_furnace.c. Its
+/* An integrating sphere of albedo 1/2 with a lamp in its middle: see test_sphere.c. Its
  * photons fall evenly and independently. */
 #define LAMP_RADIUS .02
 #define LAMP_SHARE  (LAMP_RADIUS * LAMP_RADIUS) /* of the wall's view */
