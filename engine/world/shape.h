@@ -5,16 +5,12 @@
 #include <stdint.h>
 
 #include "base/arena.h"
+#include "base/triangulate.h"
 #include "base/vec3.h"
 #include "scene/scene.h"
 
 /* Exact shapes, in double and in world coordinates. Embree only proposes candidates; what is
  * hit and where is decided here and in rays.c. */
-
-/* A piece of a polygon: three indices into its vertices, wound as the polygon is. */
-struct pm_triangle {
-    uint32_t corner[3];
-};
 
 struct pm_shape {
     pm_primitive_type type;

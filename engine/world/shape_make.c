@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "base/maths.h"
-#include "world/triangulate.h"
+#include "base/triangulate.h"
 
 /* What the steps of making one shape share. */
 struct maker {

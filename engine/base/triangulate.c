@@ -1,4 +1,4 @@
-#include "world/triangulate.h"
+#include "base/triangulate.h"
 
 #include <math.h>
 #include <stdbool.h>

@@ -6,8 +6,8 @@
 
 #include <cmocka.h>
 
-#include "numbers.h"
-#include "world/triangulate.h"
+#include "../world/numbers.h"
+#include "base/triangulate.h"
 
 /* An independent area: the shoelace formula about the first corner. */
 static double shoelace(const struct pm_point2 *p, uint32_t count)

@@ -1,13 +1,17 @@
-#ifndef PM_WORLD_TRIANGULATE_H
-#define PM_WORLD_TRIANGULATE_H
+#ifndef PM_BASE_TRIANGULATE_H
+#define PM_BASE_TRIANGULATE_H
 
 #include <stdint.h>
 
 #include "base/status.h"
-#include "world/shape.h"
 
 struct pm_point2 {
     double x, y;
+};
+
+/* A piece of a polygon: three indices into its vertices, wound as the polygon is. */
+struct pm_triangle {
+    uint32_t corner[3];
 };
 
 /* Cuts a counter-clockwise polygon into triangles over its own vertices.
