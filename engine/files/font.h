@@ -1,0 +1,38 @@
+#ifndef PM_FILES_FONT_H
+#define PM_FILES_FONT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/error.h"
+
+/* Radiance fonts (.fnt): glyphs as polygons on a grid of 256 x 256, and text set in them.
+ *
+ * In: a file's bytes. Out: pm_font, pm_text (immutable). Next: world/texture.h asks which
+ * points are ink.
+ *
+ * Format: for each glyph its character 1..255, the number of vertices, and their x y in 0..255,
+ * y upwards; `#` starts a comment. Source: Radiance's refer/filefmts, "Font files". */
+
+typedef struct pm_font pm_font;
+
+PM_MUST_USE pm_status pm_font_read(const void *bytes, size_t size, const char *name,
+                                   pm_font **out, pm_error *err);
+void pm_font_free(pm_font *font);
+
+/* Lines of text in a font, as colortext, brighttext and mixtext set them. Borrows the font. */
+typedef struct pm_text pm_text;
+
+/* Sets `text`, whose lines end in '\n' (the last may lack it).
+ *   spacing  Radiance's: 0 uniform; > 0 proportional, aligned for tables; < 0 squeezed; of a
+ *            character's width
+ * Source: uniftext, squeeztext, proptext in Radiance's font.c. Tests: test_font.c. */
+PM_MUST_USE pm_status pm_text_new(const pm_font *font, const char *text, size_t size,
+                                  double spacing, pm_text **out, pm_error *err);
+void pm_text_free(pm_text *text);
+
+/* Whether the point `right` character widths to the right of and `down` line heights below the
+ * text's upper left corner is ink. */
+bool pm_text_holds(const pm_text *text, double right, double down);
+
+#endif
