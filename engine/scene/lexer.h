@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "base/error.h"
+#include "base/number.h"
 #include "scene/bundle.h"
 
 /* Words of a scene file, with their places. Reads the file in place: nothing is copied. */
@@ -48,16 +49,15 @@ pm_status pm_word_error(const pm_word *word, pm_status status, const char *file,
 
 bool pm_word_is(const pm_word *word, const char *text);
 
-typedef enum pm_number {
-    PM_NUMBER_OK,
-    PM_NUMBER_MALFORMED,
-    PM_NUMBER_HUGE, /* larger than a double or an int64 holds */
-} pm_number;
+/* As base/number.h reads them. */
+static inline pm_number pm_word_real(const pm_word *word, double *value)
+{
+    return pm_number_real(word->text, word->length, value);
+}
 
-/* [+-] digits, and for a real also . digits and e[+-]digits as in Radiance's isflt (words.c):
- * no hexadecimal, nan or inf. Rounds to nearest, whatever the locale. Test:
- * real_words_round_as_the_c_library. */
-pm_number pm_word_real(const pm_word *word, double *value);
-pm_number pm_word_integer(const pm_word *word, int64_t *value);
+static inline pm_number pm_word_integer(const pm_word *word, int64_t *value)
+{
+    return pm_number_integer(word->text, word->length, value);
+}
 
 #endif
