@@ -15,8 +15,8 @@
 enum { PM_MESH_NO_SLOT = 0x3fffffff };
 
 typedef struct pm_mesh_triangle {
-    uint32_t corner[3]; /* indices of vertices, all different; its front has them ccw */
-    uint32_t slot : 30; /* index of its material's slot, or PM_MESH_NO_SLOT */
+    uint32_t corner[3];       /* indices of vertices, all different; its front has them ccw */
+    uint32_t slot : 30;       /* index of its material's slot, or PM_MESH_NO_SLOT */
     uint32_t has_normals : 1; /* the normals of its three corners may be interpolated */
     uint32_t has_uv : 1;      /* and their texture coordinates */
 } pm_mesh_triangle;
