@@ -18,6 +18,10 @@ pm_vec3 pm_frame_to_local(const pm_frame *frame, pm_vec3 world);
 /* Uniform in the unit disc (z = 0), concentric (Shirley and Chiu 1997). */
 pm_vec3 pm_warp_disc(double u, double v);
 
+/* The point of the unit square that pm_warp_disc maps to (x, y); each of its coordinates is in
+ * [0, 1). Test: disc_and_cap_are_inverted. */
+void pm_warp_disc_inverse(double x, double y, double *u, double *v);
+
 /* Cosine-weighted about +z; pdf_solid_angle = z / pi. */
 pm_vec3 pm_warp_cosine(double u, double v);
 
@@ -27,6 +31,11 @@ pm_vec3 pm_warp_sphere(double u, double v);
 /* Uniform in the cone about +z with 1 - cos(half angle) = `versine`, which keeps its precision
  * for the smallest angles; pdf_solid_angle = 1 / (2 pi versine). */
 pm_vec3 pm_warp_cone(double u, double v, double versine);
+
+/* The same by way of the concentric disc (Lambert's azimuthal equal-area projection), which
+ * keeps neighbours neighbours; and its inverse for unit directions within the cone. */
+pm_vec3 pm_warp_cap(double u, double v, double versine);
+void pm_warp_cap_inverse(pm_vec3 direction, double versine, double *u, double *v);
 
 /* 1 - cos of an angle in radians, without cancellation. */
 double pm_versine(double angle);

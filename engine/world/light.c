@@ -153,11 +153,6 @@ pm_rgb pm_light_total_power(const pm_world *world)
     return world->lights->power;
 }
 
-bool pm_light_is_sampled(const pm_world *world, uint32_t surface)
-{
-    return surface == PM_NO_PRIMITIVE || world->lights->of_surface[surface] != PM_NO_LIGHT;
-}
-
 /* ---- picking a light ---- */
 
 uint32_t pm_lights_pick(const struct pm_lights *l, double u)

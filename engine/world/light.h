@@ -74,11 +74,6 @@ pm_rgb pm_light_seen_distant(const pm_world *world, pm_vec3 direction);
  * hit. */
 bool pm_light_stands_in(const pm_world *world, const pm_hit *hit, pm_vec3 direction);
 
-/* True if pm_light_sample_at covers the light of that surface or (PM_NO_PRIMITIVE) of every
- * distant source: its radiance reached by a diffuse or glossy bounce is already counted there.
- */
-bool pm_light_is_sampled(const pm_world *world, uint32_t surface);
-
 /* Radiance of the distant sources in a direction that leaves the scene, and the density [1/sr]
  * with which pm_light_sample_at draws that direction there. Where sources overlap, lights add
  * up, and a glow shows only where there is no light (as in Radiance, which takes the first of

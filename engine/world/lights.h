@@ -6,7 +6,7 @@
 
 /* The table of lights, shared by light.c, light_emit.c and light_sample.c. */
 
-enum { PM_NO_LIGHT = UINT32_MAX };
+#define PM_NO_LIGHT 0xFFFFFFFFU
 
 struct pm_light {
     uint32_t surface; /* PM_NO_PRIMITIVE: a distant source */

@@ -41,6 +41,25 @@ static void warp_moments_are_analytic(void **state)
     assert_true(fabs(kz - (1 - versine / 2)) < 1e-3);
 }
 
+/* The inverse of sin and atan leaves a few roundings, of the cone's width. */
+static void disc_and_cap_are_inverted(void **state)
+{
+    (void)state;
+    static const double versines[] = {2, 1.5, 1, 1e-3, 1e-12};
+    for (uint32_t i = 0; i < N; i++) {
+        double u = pm_sobol(i, 0, 1), v = pm_sobol(i, 1, 1), x, y;
+        pm_vec3 d = pm_warp_disc(u, v);
+        pm_warp_disc_inverse(d.x, d.y, &x, &y);
+        assert_true(fabs(x - u) < 1e-14 && fabs(y - v) < 1e-14 && x < 1 && y < 1);
+        double versine = versines[i % 5];
+        pm_vec3 w = pm_warp_cap(u, v, versine);
+        assert_true(fabs(pm_vec3_length(w) - 1) < 1e-14 && w.z >= 1 - versine - 1e-15);
+        pm_warp_cap_inverse(w, versine, &x, &y);
+        pm_vec3 again = pm_warp_cap(x, y, versine);
+        assert_true(pm_vec3_distance(w, again) < 1e-13 * sqrt(versine) + 1e-16);
+    }
+}
+
 static void versine_keeps_its_precision_for_the_smallest_angles(void **state)
 {
     (void)state;
@@ -70,6 +89,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(warp_moments_are_analytic),
+        cmocka_unit_test(disc_and_cap_are_inverted),
         cmocka_unit_test(versine_keeps_its_precision_for_the_smallest_angles),
         cmocka_unit_test(frame_is_orthonormal_and_right_handed),
     };

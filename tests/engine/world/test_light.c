@@ -88,7 +88,7 @@ static void glow_of_negative_radius_lights_nothing_but_is_seen(void **state)
     assert_true(pm_rgb_is_black(pm_light_distant(world, up, &pdf)));
     assert_near(pm_light_seen_radiance(world, &hit, up).g, 2, 0);
     assert_near(pm_light_seen_distant(world, up).b, 3, 0);
-    assert_false(pm_light_is_sampled(world, hit.surface));
+    assert_near(pm_light_pdf_surface(world, up, (pm_vec3){0, 0, -1}, &hit), 0, 0);
     pm_light_sample sample;
     pm_emission emission;
     assert_false(pm_light_sample_at(world, up, (double[3]){.5, .5, .5}, &sample));
