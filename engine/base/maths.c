@@ -50,3 +50,28 @@ double pm_atan2(double y, double x)
 {
     return Sleef_finz_atan2d1_u10purecfma(y, x);
 }
+
+double pm_asin(double x)
+{
+    return Sleef_finz_asind1_u10purecfma(x);
+}
+
+double pm_atan(double x)
+{
+    return Sleef_finz_atand1_u10purecfma(x);
+}
+
+double pm_log10(double x)
+{
+    return Sleef_finz_log10d1_u10purecfma(x);
+}
+
+double pm_erf(double x)
+{
+    return Sleef_finz_erfd1_u10purecfma(x);
+}
+
+double pm_erfc(double x)
+{
+    return Sleef_finz_erfcd1_u15purecfma(x);
+}
