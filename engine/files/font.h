@@ -24,15 +24,15 @@ void pm_font_free(pm_font *font);
 typedef struct pm_text pm_text;
 
 /* Sets `text`, whose lines end in '\n' (the last may lack it).
- *   spacing  Radiance's: 0 uniform; > 0 proportional, aligned for tables; < 0 squeezed; of a
- *            character's width
+ *   spacing  Radiance's real argument: 0 uniform; > 0 proportional, aligned for tables; < 0
+ *            squeezed. NULL if the scene does not give it, which is uniform with other widths
  * Source: uniftext, squeeztext, proptext in Radiance's font.c. Tests: test_font.c. */
 PM_MUST_USE pm_status pm_text_new(const pm_font *font, const char *text, size_t size,
-                                  double spacing, pm_text **out, pm_error *err);
+                                  const double *spacing, pm_text **out, pm_error *err);
 void pm_text_free(pm_text *text);
 
 /* Whether the point `right` character widths to the right of and `down` line heights below the
- * text's upper left corner is ink. */
+ * text's upper left corner is ink. Source: intext and inglyph in Radiance's text.c. */
 bool pm_text_holds(const pm_text *text, double right, double down);
 
 #endif
