@@ -51,8 +51,8 @@ static void integrate_to(double nm, double out[3])
     for (int i = 0; i + 1 < ENTRIES && at > i; i++) {
         double t = at - i < 1 ? at - i : 1;
         for (int k = 0; k < 3; k++)
-            out[k] += STEP * t *
-                      (observer[i][k] + t / 2 * (observer[i + 1][k] - observer[i][k]));
+            out[k] +=
+                STEP * t * (observer[i][k] + t / 2 * (observer[i + 1][k] - observer[i][k]));
     }
 }
 

@@ -70,7 +70,8 @@ static pm_status check_width(struct reading *r, const pm_data_axis *axis)
 static pm_status read_axis(struct reading *r, pm_data_axis *axis)
 {
     int64_t count = 0;
-    pm_status st = pm_words_real(&r->words, "the beginning of a dimension", &axis->first, r->err);
+    pm_status st =
+        pm_words_real(&r->words, "the beginning of a dimension", &axis->first, r->err);
     if (!st)
         st = pm_words_real(&r->words, "the end of a dimension", &axis->last, r->err);
     if (!st)
@@ -100,7 +101,7 @@ static pm_status count_values(struct reading *r, size_t *out)
 
 static pm_status read_values(struct reading *r)
 {
-    size_t count;
+    size_t count = 0;
     pm_status st = count_values(r, &count);
     if (st)
         return st;
@@ -119,8 +120,8 @@ static pm_status read_values(struct reading *r)
 static pm_status read_all(struct reading *r)
 {
     int64_t dimensions = 0;
-    pm_status st = pm_words_integer(&r->words, "the number of dimensions", 1, PM_DATA_DIMENSIONS,
-                                    &dimensions, r->err);
+    pm_status st = pm_words_integer(&r->words, "the number of dimensions", 1,
+                                    PM_DATA_DIMENSIONS, &dimensions, r->err);
     r->data.dimensions = (unsigned)dimensions;
     for (unsigned d = 0; d < r->data.dimensions && !st; d++)
         st = read_axis(r, &r->data.axis[d]);

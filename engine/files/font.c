@@ -8,15 +8,15 @@
 #include "files/words.h"
 
 enum { CHARACTERS = 256, VERTICES_MAX = 32000, GRID = 255 };
-enum { LINE_LENGTH_MAX = 511 };   /* Radiance's gettext cuts longer ones */
-enum { SPACING_MAX = 1000 };      /* character widths */
-enum { INDENT_SPACES = 3 };       /* so many and more align a column (text.c, proptext) */
+enum { LINE_LENGTH_MAX = 511 }; /* Radiance's gettext cuts longer ones */
+enum { SPACING_MAX = 1000 };    /* character widths */
+enum { INDENT_SPACES = 3 };     /* so many and more align a column (text.c, proptext) */
 
 struct glyph {
     bool given;
     uint16_t count;
     uint8_t left, right, bottom, top; /* the centre 128 included, as in Radiance's font.c */
-    const uint8_t (*vertices)[2];
+    uint8_t (*vertices)[2];
 };
 
 struct pm_font {

@@ -28,8 +28,8 @@ struct reading {
     const char *name;
     pm_error *err;
     bool xyz;
-    double aspect;               /* of a pixel: height over width */
-    bool rows;                   /* scan lines run along x */
+    double aspect;                 /* of a pixel: height over width */
+    bool rows;                     /* scan lines run along x */
     bool x_decreases, y_decreases; /* along the file */
     uint32_t width, height;
 };

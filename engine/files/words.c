@@ -82,7 +82,8 @@ pm_status pm_words_real(pm_words *words, const char *what, double *out, pm_error
         return pm_words_error(words, PM_E_SYNTAX, err, "%s must be a number, not '%.*s'", what,
                               shown(length), words->at);
     case PM_NUMBER_HUGE:
-        return pm_words_error(words, PM_E_RANGE, err, "%s is larger than a number can be", what);
+        return pm_words_error(words, PM_E_RANGE, err, "%s is larger than a number can be",
+                              what);
     default:
         words->at += length;
         return PM_OK;
