@@ -2,15 +2,47 @@
 
 #include <math.h>
 
-/* One letter for each real argument; below is what the letters ask for. */
+/* One letter for each real argument that is bound to something; below is what they ask for. */
 static const char *const rules[PM_PRIMITIVE_TYPES] = {
-    [PM_LIGHT] = "EEE",     [PM_GLOW] = "EEE.",        [PM_SPOTLIGHT] = "EEEAV..",
-    [PM_ILLUM] = "EEE",     [PM_PLASTIC] = "CCCFR",    [PM_METAL] = "CCCFR",
-    [PM_TRANS] = "CCCFRFF", [PM_GLASS] = "TTTN",       [PM_DIELECTRIC] = "TTTIH",
-    [PM_MIRROR] = "CCC",    [PM_MIST] = "XXXFFFG",     [PM_ANTIMATTER] = "",
-    [PM_SPHERE] = "...r",   [PM_BUBBLE] = "...r",      [PM_CONE] = "L.....Z.",
-    [PM_CUP] = "L.....Z.",  [PM_CYLINDER] = "L.....r", [PM_TUBE] = "L.....r",
-    [PM_RING] = "...V..DP", [PM_SOURCE] = "V..A",
+    [PM_LIGHT] = "EEE",
+    [PM_GLOW] = "EEE.",
+    [PM_SPOTLIGHT] = "EEEAV..",
+    [PM_ILLUM] = "EEE",
+    [PM_PLASTIC] = "CCCFR",
+    [PM_METAL] = "CCCFR",
+    [PM_TRANS] = "CCCFRFF",
+    [PM_GLASS] = "TTTN",
+    [PM_DIELECTRIC] = "TTTIH",
+    [PM_PLASTIC2] = "CCCFRR",
+    [PM_METAL2] = "CCCFRR",
+    [PM_TRANS2] = "CCCFRRFF",
+    [PM_ASHIK2] = "CCCCCCUU",
+    [PM_INTERFACE] = "TTTITTTI",
+    [PM_PLASFUNC] = "CCCF",
+    [PM_METFUNC] = "CCCF",
+    [PM_TRANSFUNC] = "CCCFFF",
+    [PM_BRTDFUNC] = "CCCCCCCCC",
+    [PM_PLASDATA] = "CCCF",
+    [PM_METDATA] = "CCCF",
+    [PM_TRANSDATA] = "CCCFFF",
+    [PM_BSDF] = "CCCCCCCCC",
+    [PM_ABSDF] = "CCCCCCCCC",
+    [PM_COLORTEXT] = "...V..V..",
+    [PM_BRIGHTTEXT] = "...V..V..",
+    [PM_MIXTEXT] = "...V..V..",
+    [PM_SPECTRUM] = "WW",
+    [PM_SPECFUNC] = "WW",
+    [PM_MIRROR] = "CCC",
+    [PM_MIST] = "XXXFFFG",
+    [PM_ANTIMATTER] = "",
+    [PM_SPHERE] = "...r",
+    [PM_BUBBLE] = "...r",
+    [PM_CONE] = "L.....Z.",
+    [PM_CUP] = "L.....Z.",
+    [PM_CYLINDER] = "L.....r",
+    [PM_TUBE] = "L.....r",
+    [PM_RING] = "...V..DP",
+    [PM_SOURCE] = "V..A",
 };
 
 static bool is_fraction(double v)
@@ -67,6 +99,10 @@ static const char *check_material(char rule, const double *v)
         return *v > 0 ? NULL : "an index of refraction is greater than 0, about 1.5 for glass";
     case 'H':
         return hartmann_is_right(v) ? NULL : "n + hc / 500 must be greater than 0";
+    case 'U':
+        return *v >= 0 ? NULL : "a Phong exponent must not be negative";
+    case 'W':
+        return *v > 0 ? NULL : "a wavelength [nm] is greater than 0";
     case 'X':
         return *v >= 0 ? NULL : "an extinction must not be negative";
     case 'G':
@@ -107,7 +143,7 @@ const char *pm_check_reals(pm_primitive_type type, const double *reals, size_t c
                            size_t *index)
 {
     const char *rule = rules[type];
-    for (size_t i = 0; rule && i < count; i++) {
+    for (size_t i = 0; rule && i < count && rule[i]; i++) {
         const char *text = check_material(rule[i], reals + i);
         if (!text)
             text = check_surface(rule[i], reals + i);

@@ -6,9 +6,9 @@
 
 /* The words of a `!` line, quoted as in a shell. Nothing is executed. */
 typedef struct pm_command {
-    const char *file; /* that it stands in */
-    pm_word *words;   /* terminated, in the arena */
-    size_t count;     /* >= 1 */
+    const char *file;     /* that it stands in */
+    const pm_word *words; /* terminated, in the arena */
+    size_t count;         /* >= 1 */
 } pm_command;
 
 /* Reads what follows the '!', to the end of the line; a backslash before the newline continues

@@ -2,12 +2,15 @@
 #define PM_SCENE_PARSER_H
 
 #include "base/arena.h"
+#include "scene/assets.h"
 #include "scene/names.h"
 #include "scene/scene.h"
 #include "scene/statement.h"
+#include "scene/types.h"
 #include "scene/xform.h"
 
-/* What parse.c (statements) and expand.c (`!xform` lines) share. */
+/* What parse.c (statements), modifiers.c (what names mean), arguments.c (of one primitive),
+ * prototypes.c (octrees and meshes) and expand.c (`!` lines) share. */
 
 /* What reading a file costs beside its text [bytes]: an array of empty files must end, too. */
 enum { PM_FILE_COST = 1024 };
@@ -33,6 +36,12 @@ typedef struct pm_parser {
     pm_primitive *primitives;
     size_t count, capacity;
     uint64_t reals, bytes;
+    pm_assets *assets;
+    pm_prototype *prototypes;
+    const pm_file **prototype_files;
+    size_t prototype_count, prototype_capacity;
+    pm_word *words; /* string arguments of the primitive in hand */
+    size_t word_capacity;
 } pm_parser;
 
 /* One reading of one file: where it stands and what its `!xform` line makes of it. */
@@ -46,6 +55,43 @@ typedef struct pm_frame {
     const char *prefix; /* -n; "" without */
     unsigned depth;     /* 1 for the main file */
 } pm_frame;
+
+/* One primitive while it is read. */
+typedef struct pm_reading {
+    pm_parser *parser;
+    const pm_frame *frame;
+    pm_lexer *lexer;
+    const pm_statement *statement;
+    const pm_type *rules;
+    pm_primitive result;
+    pm_lexer arguments;  /* before the first, for messages */
+    unsigned dimensions; /* of its data files; 0 without */
+    uint32_t context;    /* of its function file; 0, the global one, without */
+} pm_reading;
+
+#define PM_READING_FAIL(r, word, status, ...)                                                  \
+    pm_word_error(word, status, (r)->frame->file->name, (r)->parser->err, __VA_ARGS__)
+
+/* arguments.c: reads the string, integer and real arguments, resolves what they name and moves
+ * them by the frame's transform. */
+PM_MUST_USE pm_status pm_parser_arguments(pm_reading *r);
+
+/* modifiers.c: the primitive that the name means, PM_VOID for void. PM_E_MISSING with the
+ * reason that fits. */
+PM_MUST_USE pm_status pm_parser_reference(const pm_reading *r, const pm_word *name,
+                                          const char *file, int32_t *out);
+
+/* modifiers.c: sets the modifier, and the material and depth that follow from it and from the
+ * references. */
+PM_MUST_USE pm_status pm_parser_modifier(pm_reading *r);
+PM_MUST_USE pm_status pm_parser_chain(pm_reading *r, pm_primitive *primitive);
+
+/* prototypes.c: the number of the prototype that the octree or mesh file is to the primitive in
+ * hand, named by `word`. An octree's primitives come after the main scene's, when
+ * pm_parser_prototypes reads them. */
+PM_MUST_USE pm_status pm_parser_prototype(const pm_reading *r, const pm_file *file,
+                                          const pm_word *word, int32_t *out);
+PM_MUST_USE pm_status pm_parser_prototypes(pm_parser *parser);
 
 PM_MUST_USE pm_status pm_parser_file(pm_parser *parser, const pm_frame *frame);
 

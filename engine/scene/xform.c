@@ -287,7 +287,7 @@ static pm_status leading_option(struct reader *r, bool *known)
 static pm_status read_options(struct reader *r)
 {
     pm_status st = PM_OK;
-    for (r->at = 1; !st && r->at < r->command->count && word(r)->text[0] == '-'; r->at++) {
+    for (; !st && r->at < r->command->count && word(r)->text[0] == '-'; r->at++) {
         bool known;
         if (pm_word_is(word(r), "-"))
             return pm_word_error(word(r), PM_E_UNSUPPORTED, r->command->file, r->err,
@@ -331,7 +331,8 @@ pm_status pm_xform_parse(const pm_command *command, pm_arena *arena, pm_xform *o
             "\"xform scene.rad > expanded.rad\"",
             PM_WORD_SHOW(*program));
     pm_xform xform = {.prefix = "", .instances = 1, .group_count = 1};
-    struct reader r = {.command = command, .err = err, .arena = arena, .xform = &xform};
+    struct reader r = {
+        .command = command, .at = 1, .err = err, .arena = arena, .xform = &xform};
     r.groups = pm_arena_array(arena, PM_XFORM_GROUPS, sizeof *r.groups);
     if (!r.groups)
         return pm_error_set(err, PM_E_MEMORY, "not enough memory for a command of the scene");
@@ -342,6 +343,32 @@ pm_status pm_xform_parse(const pm_command *command, pm_arena *arena, pm_xform *o
         st = read_files(&r);
     if (!st)
         *out = xform;
+    return st;
+}
+
+pm_status pm_xform_parse_transform(const pm_word *words, size_t count, const char *file,
+                                   pm_arena *arena, pm_transform *out, pm_error *err)
+{
+    const pm_command command = {file, words, count};
+    pm_xform xform = {.prefix = "", .instances = 1, .group_count = 1};
+    struct reader r = {
+        .command = &command, .err = err, .arena = arena, .xform = &xform, .moving = true};
+    r.groups = pm_arena_array(arena, PM_XFORM_GROUPS, sizeof *r.groups);
+    if (!r.groups)
+        return pm_error_set(err, PM_E_MEMORY, "not enough memory for a transform of the scene");
+    r.groups[0] = (pm_xform_group){.transform = pm_transform_identity(), .count = 1};
+    xform.groups = r.groups;
+    pm_status st = read_options(&r);
+    if (!st && r.at < command.count)
+        st = pm_word_error(word(&r), PM_E_SYNTAX, file, err,
+                           "'%.*s' is no part of a transform; it has -t x y z, -rx -ry -rz "
+                           "degrees, -s factor, -mx -my -mz, -i count",
+                           PM_WORD_SHOW(*word(&r)));
+    if (!st && xform.instances > 1)
+        st = pm_word_error(&words[0], PM_E_SYNTAX, file, err,
+                           "a primitive's transform takes no array (-a); write an !xform line");
+    if (!st)
+        *out = pm_xform_instance(&xform, 0);
     return st;
 }
 
@@ -437,6 +464,7 @@ static bool rescale_transmission(double scale, double *tau)
     return *tau >= DBL_MIN && *tau <= 1 - 0x1p-40;
 }
 
+/* The transmissions of one side: of a dielectric, or of an interface. */
 static pm_status move_dielectric(const pm_transform *t, double *reals, const char **reason)
 {
     for (int i = 0; i < 3; i++) {
@@ -491,18 +519,31 @@ static pm_primitive_type inverse(pm_primitive_type type)
     return inverses[type];
 }
 
-static pm_status move_material(const pm_transform *t, pm_primitive_type type, double *reals,
+/* Text lies where its origin and two vectors say. */
+static void move_text(const pm_transform *t, double *reals)
+{
+    move_point(t, reals);
+    move_vector(t, reals + 3);
+    move_vector(t, reals + 6);
+}
+
+static pm_status move_modifier(const pm_transform *t, pm_primitive_type type, double *reals,
                                size_t count, const char **reason)
 {
-    if (type == PM_DIELECTRIC)
-        return move_dielectric(t, reals, reason);
+    pm_status st = PM_OK;
+    if (type == PM_DIELECTRIC || type == PM_INTERFACE)
+        st = move_dielectric(t, reals, reason);
+    if (!st && type == PM_INTERFACE)
+        st = move_dielectric(t, reals + 4, reason);
     if (type == PM_GLOW)
         reals[3] *= t->scale;
     if (type == PM_SPOTLIGHT)
         move_vector(t, reals + 4);
+    if (type == PM_COLORTEXT || type == PM_BRIGHTTEXT || type == PM_MIXTEXT)
+        move_text(t, reals);
     for (size_t i = 0; type == PM_MIST && i < 3 && i < count; i++)
         reals[i] /= t->scale;
-    return PM_OK;
+    return st;
 }
 
 pm_status pm_transform_primitive(const pm_transform *transform, bool inverted,
@@ -510,11 +551,16 @@ pm_status pm_transform_primitive(const pm_transform *transform, bool inverted,
                                  const char **reason)
 {
     pm_status st = PM_OK;
-    if (pm_primitive_is_surface(*type)) {
+    if (*type == PM_INSTANCE || *type == PM_MESH) {
+        if (inverted) {
+            *reason = "an instance or a mesh cannot face the other way (-I)";
+            st = PM_E_UNSUPPORTED;
+        }
+    } else if (pm_primitive_is_surface(*type)) {
         move_surface(transform, inverted, *type, reals, count);
         *type = inverted ? inverse(*type) : *type;
     } else {
-        st = move_material(transform, *type, reals, count, reason);
+        st = move_modifier(transform, *type, reals, count, reason);
     }
     for (size_t i = 0; !st && i < count; i++) {
         if (!isfinite(reals[i])) {

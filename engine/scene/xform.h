@@ -4,21 +4,9 @@
 #include "base/arena.h"
 #include "scene/command.h"
 #include "scene/scene.h"
+#include "scene/transform.h"
 
 /* What Radiance's xform(1) does to a scene, run inside the process. */
-
-/* p -> p * turn + shift, with row vectors; `turn` is a rotation times `scale`, mirrored or not.
- */
-typedef struct pm_transform {
-    double turn[3][3], shift[3];
-    double scale; /* of lengths, > 0 */
-    bool mirrored;
-} pm_transform;
-
-pm_transform pm_transform_identity(void);
-
-/* First `a`, then `b`. */
-pm_transform pm_transform_then(const pm_transform *a, const pm_transform *b);
 
 enum { PM_XFORM_GROUPS = 64 };
 
@@ -46,6 +34,12 @@ typedef struct pm_xform {
  * PM_E_RANGE for arguments that are wrong; each with the place of the argument. */
 PM_MUST_USE pm_status pm_xform_parse(const pm_command *command, pm_arena *arena, pm_xform *out,
                                      pm_error *err);
+
+/* The transform that a primitive's string arguments end in: words of -t -rx -ry -rz -s -mx -my
+ * -mz -i, as xf() of Radiance's src/common/xf.c reads them. Errors as pm_xform_parse. */
+PM_MUST_USE pm_status pm_xform_parse_transform(const pm_word *words, size_t count,
+                                               const char *file, pm_arena *arena,
+                                               pm_transform *out, pm_error *err);
 
 /* The transform of instance 0 .. instances - 1; the first array varies slowest. */
 pm_transform pm_xform_instance(const pm_xform *xform, uint64_t index);
