@@ -16,14 +16,14 @@ static pm_rgb scattered(const struct pm_spot *spot, pm_rgb throughput, unsigned 
 {
     pm_rgb f = {0, 0, 0};
     if (lobes & PM_DIRECT_DIFFUSE)
-        f = pm_surface_diffuse(spot->surface, light->wi);
+        f = pm_surface_value(spot->surface, PM_EVENT_DIFFUSE, light->wi);
     if (!(lobes & PM_DIRECT_GLOSSY))
         return f;
     double weight = 1;
     if (!light->hidden)
         weight = pm_power_weight(light->pdf,
                                  pm_surface_glossy_pdf(spot->surface, throughput, light->wi));
-    return pm_rgb_madd(f, weight, pm_surface_glossy(spot->surface, light->wi));
+    return pm_rgb_madd(f, weight, pm_surface_value(spot->surface, PM_EVENT_GLOSSY, light->wi));
 }
 
 pm_rgb pm_direct_light(const struct pm_pass *pass, const struct pm_spot *spot,

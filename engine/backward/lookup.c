@@ -1,6 +1,4 @@
 #include "backward/backward_internal.h"
-#include "base/maths.h"
-#include "world/fresnel.h"
 
 /* ---- which maps count where ---- */
 
@@ -99,15 +97,15 @@ pm_status pm_pass_init(struct pm_pass *pass, const pm_world *world,
 
 /* ---- asking them ---- */
 
-/* What passes a smooth coat on its way to the diffuse part below, see pm_surface.fresnel. */
-static double coat_share(const void *normal, pm_vec3 wi)
+static pm_rgb photon_weight(const void *surface, pm_vec3 wi)
 {
-    return 1 - pm_fresnel_estimate(fabs(pm_vec3_dot(*(const pm_vec3 *)normal, wi)));
+    return pm_surface_photon_weight(surface, wi);
 }
 
-static pm_estimate ask(const struct pm_lookup *lookup, pm_vec3 point, pm_vec3 normal, bool coat)
+/* `weight` NULL: 1 */
+static pm_estimate ask(const struct pm_lookup *lookup, pm_vec3 point, pm_vec3 normal,
+                       const pm_photon_weight *weight)
 {
-    const pm_photon_weight share = {coat_share, &normal}, *weight = coat ? &share : NULL;
     if (lookup->radius > 0)
         return pm_photon_map_within(lookup->map, point, normal, lookup->radius, lookup->filter,
                                     weight);
@@ -129,13 +127,23 @@ static double common_share(const struct pm_pass *pass, const struct pm_lookup *l
     return (double)estimate->count / (double)pm_photon_map_count(lookup->map);
 }
 
-static void add_side(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
-                     pm_rgb weight, enum pm_vertex vertex, struct pm_value *value)
+/* The photons on one side. */
+static void add_side(const struct pm_pass *pass, const struct pm_spot *spot, unsigned side,
+                     pm_rgb throughput, enum pm_vertex vertex, struct pm_value *value)
 {
     const struct pm_vertex_rule *rule = &pass->rules[vertex];
+    const pm_photon_weight each = {photon_weight, spot->surface};
+    pm_vec3 normal = spot->surface->normal;
+    bool uniform;
+    pm_rgb weight;
+    if (!pm_surface_photons(spot->surface, side, &uniform, &weight))
+        return;
+    weight = uniform ? pm_rgb_mul(throughput, weight) : throughput;
+    if (side == PM_SIDE_FAR)
+        normal = pm_vec3_negate(normal);
     for (int i = 0; i < rule->lookup_count; i++) {
         pm_estimate estimate =
-            ask(&rule->lookups[i], spot->point, normal, spot->surface->fresnel);
+            ask(&rule->lookups[i], spot->point, normal, uniform ? NULL : &each);
         double share = common_share(pass, &rule->lookups[i], &estimate, vertex);
         pm_rgb variance = pm_rgb_mul(pm_rgb_mul(weight, weight), estimate.variance);
         value->radiance = pm_rgb_add(value->radiance, pm_rgb_mul(weight, estimate.irradiance));
@@ -146,12 +154,6 @@ static void add_side(const struct pm_pass *pass, const struct pm_spot *spot, pm_
 void pm_lookup_surface(const struct pm_pass *pass, const struct pm_spot *spot,
                        pm_rgb throughput, enum pm_vertex vertex, struct pm_value *value)
 {
-    const pm_surface *surface = spot->surface;
-    pm_rgb weight = pm_rgb_scale(throughput, 1 / PM_PI);
-    if (!pm_rgb_is_black(surface->diffuse_reflectance))
-        add_side(pass, spot, surface->normal, pm_rgb_mul(weight, surface->diffuse_reflectance),
-                 vertex, value);
-    if (!pm_rgb_is_black(surface->diffuse_transmittance))
-        add_side(pass, spot, pm_vec3_negate(surface->normal),
-                 pm_rgb_mul(weight, surface->diffuse_transmittance), vertex, value);
+    add_side(pass, spot, PM_SIDE_NEAR, throughput, vertex, value);
+    add_side(pass, spot, PM_SIDE_FAR, throughput, vertex, value);
 }

@@ -22,7 +22,7 @@ static bool find_surface(const struct pm_pass *pass, const struct pm_probe *prob
     pm_media_at(pass->world, ray.origin, &media);
     pm_surface surface;
     pm_surface_at(pass->world, hit, probe->normal, &media, &surface);
-    return pm_surface_is_diffuse(&surface) &&
+    return pm_surface_has(&surface, PM_EVENT_DIFFUSE) &&
            pm_vec3_dot(surface.normal, probe->normal) > LEAST_COSINE;
 }
 
@@ -37,10 +37,8 @@ void pm_probe_irradiance(const struct pm_pass *pass, const struct pm_probe *prob
     pm_vec3 above = pm_vec3_madd(probe->point, attached ? ON_SURFACE : 0, probe->normal);
     pm_media media;
     pm_media_at(pass->world, above, &media);
-    const pm_surface receiver = {.normal = probe->normal,
-                                 .wo = probe->normal,
-                                 .diffuse_reflectance = {1, 1, 1},
-                                 .radiance_scale = 1};
+    pm_surface receiver;
+    pm_surface_receiver(probe->normal, &receiver);
     const struct pm_spot spot = {.surface = &receiver,
                                  .media = &media,
                                  .point = attached ? hit.point : probe->point,

@@ -46,10 +46,10 @@ static void add_vertex(const struct pm_pass *pass, const struct pm_walk *walk,
                        struct pm_value *value)
 {
     const struct pm_vertex_rule *rule = &pass->rules[walk->vertex];
-    bool diffuse =
-        pm_surface_is_diffuse(spot->surface) && (walk->specular || !rule->after_specular);
+    bool diffuse = pm_surface_has(spot->surface, PM_EVENT_DIFFUSE) &&
+                   (walk->specular || !rule->after_specular);
     unsigned lobes = diffuse ? PM_DIRECT_DIFFUSE : 0;
-    if (spot->surface->roughness > 0 && rule->through_specular)
+    if (pm_surface_has(spot->surface, PM_EVENT_GLOSSY) && rule->through_specular)
         lobes |= PM_DIRECT_GLOSSY;
     if (lobes)
         add_light(walk, pm_direct_light(pass, spot, walk->throughput, lobes, sampler), value);
@@ -78,7 +78,7 @@ static bool survives(struct pm_walk *walk, struct pm_sampler *sampler)
 /* A specular or glossy event: what the walk meets next is seen through it. */
 static void bend(struct pm_walk *walk, const pm_hit *hit, const pm_scatter *scatter)
 {
-    bool glossy = scatter->lobe == PM_LOBE_GLOSSY;
+    bool glossy = scatter->event == PM_EVENT_GLOSSY;
     walk->seen = walk->seen && !glossy;
     walk->emission = walk->seen ? PM_EMISSION_SEEN
                      : glossy   ? PM_EMISSION_WEIGHTED
@@ -97,9 +97,9 @@ static bool leave(const struct pm_pass *pass, struct pm_walk *walk, const pm_hit
     pm_scatter scatter;
     pm_sampler_draw(sampler, PM_SAMPLE_LOBE, u);
     pm_surface_sample_specular(surface, walk->throughput, u, &scatter);
-    if (scatter.lobe == PM_LOBE_NONE)
+    if (scatter.event == PM_EVENT_NONE)
         return false;
-    if (scatter.lobe != PM_LOBE_STRAIGHT) {
+    if (scatter.event != PM_EVENT_STRAIGHT) {
         if (!pass->rules[walk->vertex].through_specular)
             return false;
         bend(walk, hit, &scatter);

@@ -69,15 +69,15 @@ static bool survives(struct walk *walk, pm_rgb flux)
 
 /* Counts a scattering. False if the path is at its bound: the rest of its flux counts as
  * absorbed. */
-static bool count_event(struct walk *walk, pm_lobe lobe)
+static bool count_event(struct walk *walk, pm_event event)
 {
     bool within;
-    if (lobe == PM_LOBE_STRAIGHT) {
+    if (event == PM_EVENT_STRAIGHT) {
         within = walk->straight++ < STRAIGHT_MAX;
     } else {
         within = walk->events++ < walk->tracer->max_events;
         walk->straight = 0;
-        walk->specular = lobe == PM_LOBE_SPECULAR || lobe == PM_LOBE_GLOSSY;
+        walk->specular = event == PM_EVENT_SPECULAR || event == PM_EVENT_GLOSSY;
     }
     if (!within)
         add_to(&walk->recorder->absorbed, walk->flux);
@@ -98,21 +98,14 @@ static void deposit(struct walk *walk, unsigned kinds, pm_vec3 point, pm_vec3 no
 
 /* ---- surfaces ---- */
 
-static pm_rgb albedo_of(const pm_surface *s)
-{
-    pm_rgb reflected = pm_rgb_add(s->diffuse_reflectance, s->specular_reflectance);
-    pm_rgb transmitted = pm_rgb_add(s->diffuse_transmittance, s->specular_transmittance);
-    return pm_rgb_add(pm_rgb_add(reflected, transmitted), s->straight_transmittance);
-}
-
 /* What the surface takes, in expectation: from its albedo, so that the flux balance also checks
- * the sampling. Ward's lobe (part of which lies below the horizon) and a diffuse part under a
- * Fresnel layer have no albedo in closed form; there what the sample lost is taken. */
+ * the sampling. Where that has no closed form, what the sample lost is taken. */
 static pm_rgb absorbed_by(const pm_surface *surface, pm_rgb before, pm_rgb after)
 {
-    if (surface->roughness > 0 || surface->fresnel)
+    pm_rgb albedo;
+    if (!pm_surface_albedo(surface, &albedo))
         return pm_rgb_sub(before, after);
-    return pm_rgb_sub(before, pm_rgb_mul(before, albedo_of(surface)));
+    return pm_rgb_sub(before, pm_rgb_mul(before, albedo));
 }
 
 /* A focused spotlight keeps back part of its flux (see light.h); known where the first event
@@ -135,7 +128,7 @@ static bool is_stood_for(const struct walk *walk, const pm_hit *hit, pm_vec3 wi)
 
 static void deposit_on(struct walk *walk, const pm_hit *hit, const pm_surface *surface)
 {
-    if (!walk->events || !pm_surface_is_diffuse(surface))
+    if (!walk->events || !pm_surface_has(surface, PM_EVENT_DIFFUSE))
         return;
     unsigned kinds = 1U << PM_MAP_GLOBAL;
     if (walk->specular)
@@ -155,13 +148,13 @@ static bool meet_surface(struct walk *walk, const pm_hit *hit)
         u[i] = pm_rng_uniform(&walk->rng);
     pm_scatter scatter;
     pm_surface_sample(&surface, walk->flux, u, &scatter);
-    if (scatter.lobe == PM_LOBE_NONE) {
+    if (scatter.event == PM_EVENT_NONE) {
         add_to(&walk->recorder->absorbed, walk->flux);
         return false;
     }
-    if (scatter.lobe != PM_LOBE_STRAIGHT)
+    if (scatter.event != PM_EVENT_STRAIGHT)
         apply_focus(walk);
-    if (!count_event(walk, scatter.lobe))
+    if (!count_event(walk, scatter.event))
         return false;
     if (is_stood_for(walk, hit, scatter.wi)) {
         add_to(&walk->recorder->absorbed, walk->flux);
@@ -228,7 +221,7 @@ static bool collide(struct walk *walk, const pm_medium *medium, pm_vec3 point)
 {
     apply_focus(walk);
     deposit(walk, 1U << PM_MAP_VOLUME, point, (pm_vec3){0, 0, 0});
-    if (!count_event(walk, PM_LOBE_DIFFUSE))
+    if (!count_event(walk, PM_EVENT_DIFFUSE))
         return false;
     pm_rgb flux = pm_rgb_mul(walk->flux, medium->albedo);
     add_to(&walk->recorder->absorbed, pm_rgb_sub(walk->flux, flux));

@@ -91,11 +91,11 @@ struct phase {
     double g;
 };
 
-static double phase_of(const void *context, pm_vec3 wi)
+static pm_rgb phase_of(const void *context, pm_vec3 wi)
 {
     const struct phase *phase = context;
     /* the photon came from wi, so it was going the other way */
-    return pm_phase(phase->g, -pm_vec3_dot(wi, phase->direction));
+    return pm_rgb_grey(pm_phase(phase->g, -pm_vec3_dot(wi, phase->direction)));
 }
 
 pm_estimate pm_photon_map_volume(const pm_photon_map *map, pm_vec3 point, pm_vec3 direction,

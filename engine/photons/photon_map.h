@@ -68,7 +68,7 @@ typedef enum pm_photon_filter {
 /* What each photon's flux is multiplied by, from the unit direction it came from (away from the
  * surface). */
 typedef struct pm_photon_weight {
-    double (*of)(const void *context, pm_vec3 wi);
+    pm_rgb (*of)(const void *context, pm_vec3 wi);
     const void *context;
 } pm_photon_weight;
 

@@ -97,8 +97,8 @@ static void add_weighted(const pm_photon_map *map, size_t i, const pm_photon_wei
 {
     pm_photon photon;
     pm_photon_map_photon(map, i, &photon);
-    double factor = weight->of(weight->context, pm_photon_direction(&photon));
-    pm_rgb v = pm_rgb_scale(pm_photon_flux(&photon), factor);
+    pm_rgb factor = weight->of(weight->context, pm_photon_direction(&photon));
+    pm_rgb v = pm_rgb_mul(pm_photon_flux(&photon), factor);
     out->sum = pm_rgb_add(out->sum, v);
     out->square = pm_rgb_add(out->square, pm_rgb_mul(v, v));
     out->count++;

@@ -5,44 +5,75 @@
 #include "world/media.h"
 #include "world/world.h"
 
-/* How a material scatters light at a hit.
+/* How a material scatters light at a hit: a list of lobes, each with its own colour, normal and
+ * parameters. Mixtures put the scaled lobes of their components one after the other.
  *
  * `wo` and `wi` point away from the surface: wo to where the walk comes from, wi to where it
- * goes on. The models are reciprocal: forward and backward walks use the same weights, but that
- * refraction scales radiance (not flux) by the square of the indices' ratio, as in Radiance's
- * dielectric.c: a backward walk multiplies by pm_scatter.radiance_scale. */
+ * goes on. Forward and backward walks use the same weights, but that refraction scales radiance
+ * (not flux) by the square of the indices' ratio, as in Radiance's dielectric.c: a backward
+ * walk multiplies by pm_scatter.radiance_scale. A perturbed normal makes a lobe's weights other
+ * than their exact adjoint (Veach 1997, 5.3); as in Radiance's photon map, both walks use the
+ * weights of the backward one, which never exceed the albedo. */
 
-typedef enum pm_lobe {
-    PM_LOBE_NONE,     /* absorbed */
-    PM_LOBE_DIFFUSE,  /* Lambertian reflection or transmission */
-    PM_LOBE_GLOSSY,   /* rough specular reflection or transmission: finite pdf, an S event */
-    PM_LOBE_SPECULAR, /* delta reflection or refraction: an S event */
-    PM_LOBE_STRAIGHT, /* straight passage: no event at all */
+/* What a scattering is to a walk. */
+typedef enum pm_event {
+    PM_EVENT_NONE,     /* absorbed */
+    PM_EVENT_DIFFUSE,  /* by a lobe that stores photons and is estimated from them */
+    PM_EVENT_GLOSSY,   /* by a lobe of finite density that walks follow: an S event */
+    PM_EVENT_SPECULAR, /* delta reflection or refraction: an S event */
+    PM_EVENT_STRAIGHT, /* straight passage: no event at all */
+} pm_event;
+
+typedef enum pm_lobe_kind {
+    PM_LOBE_DIFFUSE,   /* Lambertian */
+    PM_LOBE_WARD,      /* ward.h: rough reflection */
+    PM_LOBE_ROUGH,     /* ward.h: rough transmission about a direction */
+    PM_LOBE_DIRECTION, /* into `wi` alone: reflection, refraction, redirection, passage */
+    PM_LOBE_KINDS,
+} pm_lobe_kind;
+
+/* Sides of the surface that a lobe scatters to; bits. */
+enum { PM_SIDE_NEAR = 1 /* wo's */, PM_SIDE_FAR = 2 };
+
+/* f(wi, wo) |cos wi| = albedo * shape(wi), where the shape's integral over wi is at most 1. */
+typedef struct pm_lobe {
+    pm_lobe_kind kind : 8;
+    pm_event event : 8;
+    unsigned sides : 2;
+    bool coated : 1; /* diffuse under a smooth coat: carries 1 - F(cos wi) */
+    bool tilted : 1; /* `normal` is not the surface's */
+    pm_rgb albedo;
+    pm_vec3 normal; /* unit, on wo's side, perturbed by textures; faces wo */
+    union {
+        struct {
+            double alpha;     /* roughness, > 0 */
+            pm_vec3 straight; /* unit; transmission: the direction that it is rough about */
+        } rough;
+        struct {
+            pm_vec3 wi; /* unit */
+            double radiance_scale;
+        } direction;
+    } u;
 } pm_lobe;
+
+enum { PM_LOBES_MAX = 16 };
 
 /* The material evaluated at one hit for one wo. */
 typedef struct pm_surface {
-    pm_vec3 normal; /* unit, on wo's side */
+    pm_vec3 normal; /* unit, geometric, on wo's side */
     pm_vec3 wo;
-    pm_rgb diffuse_reflectance; /* Lambertian albedos */
-    pm_rgb diffuse_transmittance;
-    pm_rgb specular_reflectance;   /* of the mirror direction, or of the Ward lobe */
-    pm_rgb specular_transmittance; /* of refracted_wi, or of a lobe about it */
-    pm_rgb straight_transmittance; /* thin glass, smooth trans, antimatter, mist, illum void */
-    double roughness;              /* Ward's alpha; 0: the specular parts are deltas */
-    pm_vec3 refracted_wi;          /* unit */
-    double radiance_scale;         /* see pm_scatter */
-    bool fresnel; /* the diffuse parts carry 1 - F(cos wi) (smooth plastic, metal, trans; see
-                     pm_surface_diffuse): a density estimate weighs each photon by it */
+    unsigned count;
+    unsigned events; /* bit (1 << event) set if a lobe has that event */
+    pm_lobe lobes[PM_LOBES_MAX];
 } pm_surface;
 
 typedef struct pm_scatter {
-    pm_lobe lobe;
+    pm_event event;
     bool transmitted; /* the walk goes through the surface: cross media */
     pm_vec3 wi;       /* unit */
     pm_rgb weight;    /* f |cos wi| / pdf: what the throughput is multiplied by */
-    double pdf;       /* [1/sr] of wi among the finite lobes together, for multiple importance
-                         sampling; 0 for delta and straight lobes */
+    double pdf;       /* [1/sr] of wi among the lobes of finite density drawn from, for multiple
+                         importance sampling; 0 for the others */
     double radiance_scale; /* (index on wo's side / on wi's side)^2; 1 but for refraction */
 } pm_scatter;
 
@@ -58,26 +89,62 @@ void pm_surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo, const p
 void pm_surface_seen_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
                         const pm_media *media, pm_surface *out);
 
-/* Finite lobes: f(wi, wo) |cos wi|; diffuse and glossy parts apart. Delta lobes give nothing.
- * The diffuse part is albedo / pi * |cos wi|, times 1 - F(|cos wi|) if `fresnel` is set. */
-pm_rgb pm_surface_diffuse(const pm_surface *surface, pm_vec3 wi);
-pm_rgb pm_surface_glossy(const pm_surface *surface, pm_vec3 wi);
+/* A white Lambertian receiver of that unit normal, whose radiance is its irradiance / pi. */
+void pm_surface_receiver(pm_vec3 normal, pm_surface *out);
+
+/* Whether a lobe of that event is there. Diffuse ones store photons. */
+static inline bool pm_surface_has(const pm_surface *surface, pm_event event)
+{
+    return surface->events >> event & 1;
+}
+
+/* Sum of f(wi, wo) |cos wi| over the lobes of one event, diffuse or glossy. Others are deltas
+ * and give nothing. */
+pm_rgb pm_surface_value(const pm_surface *surface, pm_event event, pm_vec3 wi);
+
+/* The share of light that all lobes together scatter or pass. False if it is not known in
+ * closed form (rough, coated and tilted lobes); then it is the mean weight of
+ * pm_surface_sample. */
+bool pm_surface_albedo(const pm_surface *surface, pm_rgb *out);
+
+/* Sum of the albedos of the lobes of one event on one side; a bound where
+ * pm_surface_albedo knows none. */
+pm_rgb pm_surface_part(const pm_surface *surface, pm_event event, unsigned side);
+
+/* ---- sampling ---- */
 
 /* Draws one lobe in proportion to its mean albedo weighted by `throughput`, then a direction
- * from it. u[0] picks the lobe, u[1] and u[2] the direction. PM_LOBE_NONE if all are black, or
- * if a rough lobe's direction falls on the wrong side. Never draws absorption: E[weight] is the
- * albedo, roulette is the caller's. */
+ * from it. u[0] picks the lobe, u[1] and u[2] the direction. PM_EVENT_NONE if all are black, or
+ * if the direction falls on the wrong side. Never draws absorption: E[weight] is the albedo,
+ * roulette is the caller's. */
 void pm_surface_sample(const pm_surface *surface, pm_rgb throughput, const double u[3],
                        pm_scatter *out);
 
-/* Draws from the non-diffuse lobes only (glossy, specular, straight), likewise. For the
- * backward walk, which gathers the diffuse part from the photon maps. */
+/* Draws from the lobes that are not diffuse, likewise. For the backward walk, which gathers
+ * the diffuse part from the photon maps. */
 void pm_surface_sample_specular(const pm_surface *surface, pm_rgb throughput, const double u[3],
                                 pm_scatter *out);
 
-/* Density of pm_surface_sample_specular for a glossy direction wi (0 if no glossy lobe). */
+/* Draws from the diffuse lobes alone; the weight is that of all of them together. u[0] picks
+ * the lobe and, rescaled so that its stratification goes on, the direction with u[1]. */
+void pm_surface_sample_diffuse(const pm_surface *surface, const double u[2], pm_scatter *out);
+
+/* Density of pm_surface_sample_specular for wi among the glossy lobes. */
 double pm_surface_glossy_pdf(const pm_surface *surface, pm_rgb throughput, pm_vec3 wi);
 
-bool pm_surface_is_diffuse(const pm_surface *surface); /* has a diffuse part: stores photons */
+/* ---- photons ---- */
+
+/* Radiance towards wo that the photons on one side of the surface give:
+ *   sum over the photons of flux * pm_surface_photon_weight(wi) / area.
+ * pm_surface_photons says whether any lobe takes them there; *uniform is true if that weight
+ * is *weight whatever wi, as it is of plain Lambertian lobes. */
+bool pm_surface_photons(const pm_surface *surface, unsigned side, bool *uniform,
+                        pm_rgb *weight);
+
+/* f(wi, wo) of the diffuse lobes together, times |cos wi| about a lobe's normal over |cos wi|
+ * about the surface's, at most PM_TILT_MAX: photons bring flux through the surface itself, and
+ * grazing ones would else count without bound. */
+#define PM_TILT_MAX 4
+pm_rgb pm_surface_photon_weight(const pm_surface *surface, pm_vec3 wi);
 
 #endif

@@ -129,7 +129,7 @@ static double gloss_by_quadrature(const pm_world *world, pm_vec3 wo, double radi
             double square = pm_vec3_dot(to, to);
             pm_vec3 wi = pm_vec3_normalize(to);
             double solid = r * radius / RINGS * 2 * PM_PI / SPOKES * wi.z / square;
-            sum += pm_surface_glossy(&surface, wi).r * solid;
+            sum += pm_surface_value(&surface, PM_EVENT_GLOSSY, wi).r * solid;
         }
     return sum;
 }

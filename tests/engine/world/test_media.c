@@ -300,10 +300,11 @@ static void check_stops(const char *text, const struct stop *stops, int count)
         pm_surface s;
         pm_surface_at(world, &hit, (pm_vec3){-1, 0, 0}, &media, &s);
         assert_near(pm_world_to_scene(world, hit.point).x, stops[i].x, 1e-3);
-        assert_int_equal(pm_surface_is_diffuse(&s), strcmp(stops[i].what, "diffuse") == 0);
-        assert_int_equal(s.specular_transmittance.r > 0,
+        assert_int_equal(pm_surface_has(&s, PM_EVENT_DIFFUSE),
+                         strcmp(stops[i].what, "diffuse") == 0);
+        assert_int_equal(pm_surface_part(&s, PM_EVENT_SPECULAR, PM_SIDE_FAR).r > 0,
                          strcmp(stops[i].what, "specular") == 0);
-        assert_int_equal(s.straight_transmittance.r == 1,
+        assert_int_equal(pm_surface_part(&s, PM_EVENT_STRAIGHT, PM_SIDE_FAR).r == 1,
                          strcmp(stops[i].what, "straight") == 0);
         pm_media_cross(&media, world, &hit, ray.direction);
         ray.origin = hit.point;
@@ -360,11 +361,12 @@ static void antimatter_makes_a_hole_in_glass(void **state)
     assert_true(pm_world_intersect(world, &ray, &hit));
     pm_surface_at(world, &hit, (pm_vec3){-.8, 0, .6}, &media, &s); /* from within the hole */
     assert_true(pm_vec3_dot(s.normal, s.wo) > 0);
-    assert_near(s.radiance_scale, 1 / 2.25, 1e-14); /* from air into glass */
+    assert_near(s.lobes[1].u.direction.radiance_scale, 1 / 2.25,
+                1e-14); /* from air into glass */
     pm_media_at(world, pm_world_from_scene(world, (pm_vec3){1.5, 0, 0}), &media);
     assert_true(pm_media_medium(&media, world, &medium));
     pm_surface_at(world, &hit, (pm_vec3){1, 0, 0}, &media, &s); /* from within the glass */
-    assert_near(s.radiance_scale, 2.25, 1e-14);
+    assert_near(s.lobes[1].u.direction.radiance_scale, 2.25, 1e-14);
     pm_world_free(world);
 }
 

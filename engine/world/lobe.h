@@ -1,0 +1,28 @@
+#ifndef PM_WORLD_LOBE_H
+#define PM_WORLD_LOBE_H
+
+#include "world/surface.h"
+
+/* One lobe of a surface: what surface.c adds up and chooses from. */
+
+/* Appends a lobe of the surface's own normal, unless `albedo` is black: then NULL. Its
+ * parameters are the caller's to fill in. No more than PM_LOBES_MAX: materials that would make
+ * more are refused (material.c). */
+pm_lobe *pm_lobe_add(pm_surface *surface, pm_lobe_kind kind, pm_event event, unsigned sides,
+                     pm_rgb albedo);
+
+/* f(wi, wo) |cos wi|; black for delta lobes. */
+pm_rgb pm_lobe_value(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi);
+
+/* f(wi, wo) of a diffuse lobe without the cosine, for photons. */
+pm_rgb pm_lobe_photon_weight(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi);
+
+/* Density [1/sr] of pm_lobe_sample; 0 for delta lobes. */
+double pm_lobe_pdf(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi);
+
+/* Draws a direction and its weight from one lobe; pdf is left alone. PM_EVENT_NONE where it
+ * falls on the wrong side. */
+void pm_lobe_sample(const pm_surface *surface, const pm_lobe *lobe, double u, double v,
+                    pm_scatter *out);
+
+#endif
