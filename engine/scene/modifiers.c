@@ -132,33 +132,47 @@ static pm_status check_source(const pm_reading *r, const pm_primitive *p)
                          pm_primitive_type_name(material), PM_WORD_SHOW(*name));
 }
 
-static int deeper(const pm_parser *parser, int32_t modifier, int depth)
+static void add_modifier(const pm_parser *parser, int32_t modifier, unsigned *depth,
+                         unsigned *weight)
 {
-    int other = modifier == PM_VOID ? 0 : parser->primitives[modifier].depth;
-    return other > depth ? other : depth;
+    if (modifier == PM_VOID)
+        return;
+    const pm_primitive *p = &parser->primitives[modifier];
+    *depth = p->depth > *depth ? p->depth : *depth;
+    *weight += p->weight;
 }
 
-pm_status pm_parser_chain(pm_reading *r, pm_primitive *p)
+static pm_status measure(const pm_reading *r, pm_primitive *p)
 {
-    const pm_parser *parser = r->parser;
-    int depth = deeper(parser, p->modifier, 0);
-    p->material = material_of(parser, p->modifier);
-    if (pm_primitive_is_mixture(p->type)) {
-        for (int i = 0; i < 2; i++) {
-            depth = deeper(parser, p->references[i], depth);
-            if (material_of(parser, p->references[i]) != PM_VOID)
-                p->material = (int32_t)parser->count;
-        }
-    }
-    if (pm_primitive_is_material(p->type))
-        p->material = (int32_t)parser->count;
-    if (depth == PM_MODIFIERS_MAX)
+    unsigned depth = 0, weight = 1;
+    add_modifier(r->parser, p->modifier, &depth, &weight);
+    for (int i = 0; pm_primitive_is_mixture(p->type) && i < 2; i++)
+        add_modifier(r->parser, p->references[i], &depth, &weight);
+    if (depth == PM_MODIFIERS_MAX || weight > PM_MODIFIERS_ASKED_MAX)
         return PM_READING_FAIL(r, &r->statement->type, PM_E_LIMIT,
-                               "more than %d modifiers follow each other here; write a shorter "
-                               "chain",
-                               PM_MODIFIERS_MAX);
+                               "more than %d modifiers follow each other here, or more than %d "
+                               "are mixed; write a shorter chain",
+                               PM_MODIFIERS_MAX, PM_MODIFIERS_ASKED_MAX);
     p->depth = (uint8_t)(depth + 1);
-    pm_status st = check_below(r, p);
+    p->weight = (uint16_t)weight;
+    return PM_OK;
+}
+
+/* The primitive in hand gets the number parser->count. */
+static int32_t own_material(const pm_parser *parser, const pm_primitive *p)
+{
+    bool own = pm_primitive_is_material(p->type);
+    for (int i = 0; pm_primitive_is_mixture(p->type) && i < 2; i++)
+        own = own || material_of(parser, p->references[i]) != PM_VOID;
+    return own ? (int32_t)parser->count : material_of(parser, p->modifier);
+}
+
+pm_status pm_parser_chain(const pm_reading *r, pm_primitive *p)
+{
+    p->material = own_material(r->parser, p);
+    pm_status st = measure(r, p);
+    if (!st)
+        st = check_below(r, p);
     return st ? st : check_source(r, p);
 }
 

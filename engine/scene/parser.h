@@ -81,10 +81,10 @@ PM_MUST_USE pm_status pm_parser_arguments(pm_reading *r);
 PM_MUST_USE pm_status pm_parser_reference(const pm_reading *r, const pm_word *name,
                                           const char *file, int32_t *out);
 
-/* modifiers.c: sets the modifier, and the material and depth that follow from it and from the
- * references. */
+/* modifiers.c: sets the modifier; then what follows from it and from the references: material,
+ * depth and weight. */
 PM_MUST_USE pm_status pm_parser_modifier(pm_reading *r);
-PM_MUST_USE pm_status pm_parser_chain(pm_reading *r, pm_primitive *primitive);
+PM_MUST_USE pm_status pm_parser_chain(const pm_reading *r, pm_primitive *primitive);
 
 /* prototypes.c: the number of the prototype that the octree or mesh file is to the primitive in
  * hand, named by `word`. An octree's primitives come after the main scene's, when

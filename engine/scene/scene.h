@@ -87,8 +87,9 @@ enum { PM_VOID = -1, PM_NO_ASSET = -1 };
 
 #define PM_NO_FUNCTION UINT32_MAX
 
-/* Modifiers may follow each other so deep, mixtures' components included. */
-enum { PM_MODIFIERS_MAX = 32 };
+/* Modifiers may follow each other so deep, mixtures' components included, and a point of a
+ * surface may ask so many of them. */
+enum { PM_MODIFIERS_MAX = 32, PM_MODIFIERS_ASKED_MAX = 1024 };
 
 typedef struct pm_primitive {
     pm_primitive_type type;
@@ -97,7 +98,8 @@ typedef struct pm_primitive {
      * with this primitive (a surface's: with its modifier). PM_VOID: none. A surface without
      * one cannot be seen. */
     int32_t material;
-    uint8_t depth; /* of that chain, mixtures' components included */
+    uint8_t depth;   /* of that chain, mixtures' components included */
+    uint16_t weight; /* modifiers that looking at it asks, those of components as often */
     const char *name;
     const char *const *strings; /* string arguments, without the transform at their end */
     /* What they name, one for each; NULL for types none of whose strings name such. */

@@ -4,37 +4,78 @@
 #include <string.h>
 
 #include "base/bytes.h"
+#include "scene/assets.h"
+#include "scene/types.h"
 
 struct maker {
     const pm_scene *scene;
     struct pm_identity *out;
-    bool *needed;     /* [scene->count]: by a surface, or by a needed material */
+    bool *needed;     /* [scene->count]: by a surface, or by a needed modifier */
+    bool *listed;     /* [scene->count]: needed, and a material of the world */
     pm_digest *bare;  /* [scene->count]: of needed materials, before antimatters count */
     pm_digest *full;  /* [scene->count] */
     pm_bytes scratch; /* what is being digested */
 };
 
-static bool names_materials(const pm_primitive *p)
+/* A surface without a material is not there. */
+static bool is_seen(const pm_primitive *p)
 {
-    return p->type == PM_ILLUM || p->type == PM_MIRROR || p->type == PM_ANTIMATTER;
+    return pm_primitive_is_surface(p->type) && p->material != PM_VOID;
 }
 
-/* Modifiers and references come before what names them, so one pass from the end does. */
+static void mark(struct maker *m, int32_t primitive, bool material)
+{
+    if (primitive == PM_VOID)
+        return;
+    m->needed[primitive] = true;
+    if (material && m->scene->primitives[primitive].material != PM_VOID)
+        m->listed[primitive] = true;
+}
+
+/* Modifiers and references come before what names them, so one pass from the end does. What a
+ * surface, a material or a mixture of materials names becomes a material of the world, chain
+ * and all; the modifiers along a chain count for its digest alone. */
 static void mark_needed(struct maker *m)
 {
     for (size_t i = m->scene->count; i-- > 0;) {
         const pm_primitive *p = &m->scene->primitives[i];
-        if (!pm_primitive_is_surface(p->type) && !m->needed[i])
+        if (!is_seen(p) && !m->needed[i])
             continue;
-        if (p->modifier != PM_VOID)
-            m->needed[p->modifier] = true;
-        for (uint32_t k = 0; names_materials(p) && k < p->string_count; k++)
-            if (p->references[k] != PM_VOID)
-                m->needed[p->references[k]] = true;
+        mark(m, p->modifier, is_seen(p));
+        for (uint32_t k = 0; p->references && k < p->string_count; k++)
+            mark(m, p->references[k], p->material != PM_VOID);
     }
 }
 
 /* ---- digests ---- */
+
+static void append_digest(struct maker *m, const pm_digest *digest)
+{
+    pm_bytes_append(&m->scratch, digest->bytes, sizeof digest->bytes);
+}
+
+/* A file counts by its content, a modifier by its digest, a function by its text. */
+static void append_string(struct maker *m, const pm_primitive *p, uint32_t k)
+{
+    static const pm_digest none = {{0}};
+    char role = pm_type_string_role(pm_type_get(p->type), k, SIZE_MAX);
+    if (role == 'm')
+        append_digest(m, p->references[k] == PM_VOID ? &none : &m->bare[p->references[k]]);
+    else if (role == 'o' || role == 'g')
+        append_digest(m, &m->scene->prototypes[p->assets[k]].digest);
+    else if (p->assets && p->assets[k] != PM_NO_ASSET)
+        append_digest(m, &pm_assets_at(m->scene->assets, p->assets[k])->digest);
+    else if (role == 'e' || role == 'f')
+        pm_bytes_append(&m->scratch, p->strings[k], strlen(p->strings[k]) + 1);
+}
+
+static void append_transform(struct maker *m, const pm_transform *t)
+{
+    for (int i = 0; i < 9; i++)
+        pm_bytes_f64(&m->scratch, t->turn[i / 3][i % 3] + 0.0);
+    for (int i = 0; i < 3; i++)
+        pm_bytes_f64(&m->scratch, t->shift[i] + 0.0);
+}
 
 static void start(struct maker *m, const pm_primitive *p, const pm_digest *of_materials)
 {
@@ -47,6 +88,10 @@ static void start(struct maker *m, const pm_primitive *p, const pm_digest *of_ma
     pm_bytes_u32(&m->scratch, p->real_count);
     for (uint32_t i = 0; i < p->real_count; i++)
         pm_bytes_f64(&m->scratch, p->reals[i] + 0.0); /* -0 + 0 = 0 */
+    for (uint32_t k = 0; k < p->string_count; k++)
+        append_string(m, p, k);
+    if (p->transform)
+        append_transform(m, p->transform);
 }
 
 static pm_digest finish(struct maker *m)
@@ -56,12 +101,7 @@ static pm_digest finish(struct maker *m)
 
 static pm_digest bare_digest(struct maker *m, const pm_primitive *p)
 {
-    static const pm_digest none = {{0}};
     start(m, p, m->bare);
-    for (uint32_t k = 0; names_materials(p) && k < p->string_count; k++) {
-        const pm_digest *d = p->references[k] == PM_VOID ? &none : &m->bare[p->references[k]];
-        pm_bytes_append(&m->scratch, d->bytes, sizeof d->bytes);
-    }
     return finish(m);
 }
 
@@ -140,7 +180,7 @@ static bool list_materials(struct maker *m)
     pm_arena *arena = &m->out->arena;
     size_t needed = 0, count = 0;
     for (size_t i = 0; i < m->scene->count; i++)
-        needed += m->needed[i];
+        needed += m->listed[i];
     struct entry *entries = pm_arena_array(arena, needed, sizeof *entries);
     uint32_t *primitive = pm_arena_array(arena, needed, sizeof *primitive);
     pm_digest *digest = pm_arena_array(arena, needed, sizeof *digest);
@@ -149,7 +189,7 @@ static bool list_materials(struct maker *m)
         return false;
     memset(of_primitive, 0xFF, m->scene->count * sizeof *of_primitive);
     for (uint32_t i = 0, k = 0; i < m->scene->count; i++)
-        if (m->needed[i])
+        if (m->listed[i])
             entries[k++] = (struct entry){m->full[i], i};
     qsort(entries, needed, sizeof *entries, by_digest);
     for (size_t i = 0; i < needed; i++) {
@@ -163,12 +203,20 @@ static bool list_materials(struct maker *m)
     return true;
 }
 
+/* A surface of the main scene; what instances place is theirs. */
+static bool is_placed(const pm_scene *scene, size_t i)
+{
+    pm_primitive_type type = scene->primitives[i].type;
+    return i < scene->main_count && is_seen(&scene->primitives[i]) && type != PM_INSTANCE &&
+           type != PM_MESH;
+}
+
 static size_t digest_surfaces(struct maker *m, bool distant, struct entry *out)
 {
     size_t count = 0;
     for (uint32_t i = 0; i < m->scene->count; i++) {
         const pm_primitive *p = &m->scene->primitives[i];
-        if (!pm_primitive_is_surface(p->type) || (p->type == PM_SOURCE) != distant)
+        if (!is_placed(m->scene, i) || (p->type == PM_SOURCE) != distant)
             continue;
         start(m, p, m->full);
         out[count++] = (struct entry){finish(m), i};
@@ -181,7 +229,7 @@ static bool list_surfaces(struct maker *m)
 {
     size_t count = 0;
     for (size_t i = 0; i < m->scene->count; i++)
-        count += pm_primitive_is_surface(m->scene->primitives[i].type) != 0;
+        count += is_placed(m->scene, i);
     struct entry *entries = malloc((count + 1) * sizeof *entries);
     m->out->surfaces = pm_arena_array(&m->out->arena, count, sizeof *m->out->surfaces);
     m->out->digests = pm_arena_array(&m->out->arena, count, sizeof *m->out->digests);
@@ -202,14 +250,16 @@ static bool maker_init(struct maker *m)
 {
     size_t count = m->scene->count;
     m->needed = calloc(count + 1, sizeof *m->needed);
+    m->listed = calloc(count + 1, sizeof *m->listed);
     m->bare = calloc(count + 1, sizeof *m->bare);
     m->full = calloc(count + 1, sizeof *m->full);
-    return m->needed && m->bare && m->full;
+    return m->needed && m->listed && m->bare && m->full;
 }
 
 static void maker_clear(struct maker *m)
 {
     free(m->needed);
+    free(m->listed);
     free(m->bare);
     free(m->full);
     pm_bytes_clear(&m->scratch);

@@ -1,5 +1,8 @@
 #include "world/material.h"
 
+#include <stdlib.h>
+#include <string.h>
+
 #include "base/maths.h"
 #include "base/warp.h"
 #include "world/media.h"
@@ -71,7 +74,7 @@ static void read_spotlight(struct pm_material *m, const pm_primitive *p, double 
 static void read_reals(struct pm_material *m, const pm_primitive *p, double scale)
 {
     m->type = p->type;
-    m->alternate = PM_NO_PRIMITIVE;
+    m->alternate = m->components[0] = m->components[1] = PM_NO_PRIMITIVE;
     if (p->real_count >= 3)
         m->color = rgb_of(p->reals);
     switch (p->type) {
@@ -106,8 +109,14 @@ struct compiler {
     pm_world *world;
     const pm_scene *scene;
     const struct pm_material_table *table;
+    struct pm_texture **textures; /* [scene->count]: made so far */
     pm_error *err;
 };
+
+static pm_status memory_error(const struct compiler *c)
+{
+    return pm_error_set(c->err, PM_E_MEMORY, "out of memory for materials");
+}
 
 static pm_status refuse(const struct compiler *c, const pm_primitive *p, const char *what)
 {
@@ -121,27 +130,34 @@ static bool is_lamp(pm_primitive_type type)
     return type == PM_LIGHT || type == PM_GLOW || type == PM_SPOTLIGHT;
 }
 
+/* The material at the end of a modifier's chain; NULL for none. */
+static const pm_primitive *material_at(const struct compiler *c, int32_t modifier)
+{
+    int32_t material = modifier == PM_VOID ? PM_VOID : c->scene->primitives[modifier].material;
+    return material == PM_VOID ? NULL : &c->scene->primitives[material];
+}
+
+static uint32_t translate(const struct compiler *c, int32_t modifier)
+{
+    return modifier == PM_VOID ? PM_NO_PRIMITIVE : c->table->of_primitive[modifier];
+}
+
 /* The material that string argument `i` names, through illums; PM_NO_PRIMITIVE for void. */
 static pm_status find_alternate(const struct compiler *c, const pm_primitive *p, uint32_t i,
                                 uint32_t *out)
 {
-    const pm_primitive *q = p;
     int32_t reference = p->references[i];
-    while (reference != PM_VOID) {
-        q = &c->scene->primitives[reference];
-        if (q->type != PM_ILLUM)
-            break;
+    const pm_primitive *q = material_at(c, reference);
+    while (q && q->type == PM_ILLUM) {
         reference = q->string_count ? q->references[0] : PM_VOID;
+        q = material_at(c, reference);
     }
-    if (reference == PM_VOID) {
-        *out = PM_NO_PRIMITIVE;
-        return PM_OK;
-    }
-    if (is_lamp(q->type) || q->type == PM_ANTIMATTER || pm_primitive_is_surface(q->type))
-        return refuse(c, p,
-                      "names a light, an antimatter or a surface to be shown instead; name a "
-                      "material that does not shine");
-    *out = c->table->of_primitive[reference];
+    if (q && (is_lamp(q->type) || q->type == PM_ANTIMATTER))
+        return refuse(
+            c, p,
+            "names a light or an antimatter to be shown instead; name a material that "
+            "does not shine");
+    *out = q ? translate(c, reference) : PM_NO_PRIMITIVE;
     return PM_OK;
 }
 
@@ -164,16 +180,16 @@ static pm_status compile_antimatter(const struct compiler *c, const pm_primitive
 {
     uint32_t *hides = pm_arena_array(&c->world->arena, p->string_count, sizeof *hides);
     if (!hides)
-        return pm_error_set(c->err, PM_E_MEMORY, "out of memory for materials");
+        return memory_error(c);
     uint32_t count = 0;
     for (uint32_t i = 0; i < p->string_count; i++) {
-        if (p->references[i] == PM_VOID)
+        const pm_primitive *q = material_at(c, p->references[i]);
+        if (!q)
             continue;
-        const pm_primitive *q = &c->scene->primitives[p->references[i]];
         if (is_lamp(q->type) || q->type == PM_ILLUM || q->type == PM_ANTIMATTER)
             return refuse(c, p,
                           "lists a light, an illum or an antimatter; those cannot be cut");
-        uint32_t hidden = c->table->of_primitive[p->references[i]];
+        uint32_t hidden = translate(c, p->references[i]);
         if (hidden != PM_NO_PRIMITIVE) /* else no surface has it */
             count = insert_sorted(hides, count, hidden);
     }
@@ -185,14 +201,83 @@ static pm_status compile_antimatter(const struct compiler *c, const pm_primitive
 static pm_status compile_references(const struct compiler *c, const pm_primitive *p,
                                     struct pm_material *m)
 {
-    if (p->modifier != PM_VOID)
-        return refuse(c, p, "is modified by another material; its modifier must be void");
     if (p->type == PM_ANTIMATTER)
         return compile_antimatter(c, p, m);
+    for (int i = 0; pm_primitive_is_mixture(p->type) && i < 2; i++)
+        m->components[i] = translate(c, p->references[i]);
     if ((p->type != PM_ILLUM && p->type != PM_MIRROR) || !p->string_count)
         return PM_OK;
     m->has_alternate = true;
     return find_alternate(c, p, 0, &m->alternate);
+}
+
+/* ---- chains ---- */
+
+static bool copy_modifier(pm_arena *arena, const pm_primitive *p, struct pm_modifier *out)
+{
+    double *reals = pm_arena_array(arena, p->real_count, sizeof *reals);
+    int32_t *assets = pm_arena_array(arena, p->string_count, sizeof *assets);
+    if (!reals || !assets)
+        return false;
+    memcpy(reals, p->reals, p->real_count * sizeof *reals);
+    if (p->assets)
+        memcpy(assets, p->assets, p->string_count * sizeof *assets);
+    *out = (struct pm_modifier){.type = p->type,
+                                .reals = reals,
+                                .assets = p->assets ? assets : NULL,
+                                .real_count = p->real_count,
+                                .string_count = p->string_count,
+                                .expressions = p->expressions,
+                                .functions = p->functions,
+                                .coordinates = p->coordinates,
+                                .transform =
+                                    p->transform ? *p->transform : pm_transform_identity()};
+    return true;
+}
+
+/* The textures and patterns of the chain that starts there; *out is NULL if there are none.
+ * Recursion is bounded by PM_MODIFIERS_MAX. */
+static pm_status compile_textures(const struct compiler *c, int32_t modifier,
+                                  const struct pm_texture **out)
+{
+    *out = NULL;
+    if (modifier == PM_VOID)
+        return PM_OK;
+    const pm_primitive *p = &c->scene->primitives[modifier];
+    if (p->material == modifier)
+        return compile_textures(c, p->modifier, out);
+    struct pm_texture *texture = c->textures[modifier];
+    *out = texture;
+    if (texture)
+        return PM_OK;
+    texture = pm_arena_alloc(&c->world->arena, sizeof *texture);
+    if (!texture || !copy_modifier(&c->world->arena, p, &texture->modifier))
+        return memory_error(c);
+    *out = c->textures[modifier] = texture;
+    pm_status status = compile_textures(c, p->modifier, &texture->next);
+    for (int i = 0; !status && pm_primitive_is_mixture(p->type) && i < 2; i++)
+        status = compile_textures(c, p->references[i], &texture->components[i]);
+    return status;
+}
+
+/* What surface.c cannot show yet: whoever adds a type there takes it out here. */
+static bool is_offered(const struct pm_primitive *p)
+{
+    return p->type <= PM_TRANS || p->type == PM_GLASS || p->type == PM_DIELECTRIC ||
+           p->type == PM_MIRROR || p->type == PM_MIST || p->type == PM_ANTIMATTER;
+}
+
+/* `top` is where the material's chain starts. */
+static pm_status compile_material(const struct compiler *c, uint32_t top, struct pm_material *m)
+{
+    const pm_primitive *p = material_at(c, (int32_t)top);
+    if (!is_offered(p) || c->scene->primitives[top].material != (int32_t)top)
+        return refuse(c, p, "is not offered yet");
+    read_reals(m, p, c->world->scale);
+    if (!copy_modifier(&c->world->arena, p, &m->modifier))
+        return memory_error(c);
+    pm_status status = compile_references(c, p, m);
+    return status ? status : compile_textures(c, (int32_t)top, &m->textures);
 }
 
 /* ---- what a material can do ---- */
@@ -286,9 +371,8 @@ static pm_status check_sources(const struct compiler *c)
 {
     for (size_t i = 0; i < c->scene->count; i++) {
         const pm_primitive *p = &c->scene->primitives[i];
-        if (p->type != PM_SOURCE || p->modifier == PM_VOID)
-            continue;
-        if (c->scene->primitives[p->modifier].type == PM_SPOTLIGHT)
+        const pm_primitive *material = material_at(c, p->modifier);
+        if (p->type == PM_SOURCE && material && material->type == PM_SPOTLIGHT)
             return refuse(c, p, "is a spotlight; a distant source takes light, glow or illum");
     }
     return PM_OK;
@@ -297,17 +381,14 @@ static pm_status check_sources(const struct compiler *c)
 pm_status pm_materials_compile(pm_world *world, const pm_scene *scene,
                                const struct pm_material_table *table, pm_error *err)
 {
-    struct compiler c = {world, scene, table, err};
+    struct compiler c = {world, scene, table, NULL, err};
+    c.textures = calloc(scene->count + 1, sizeof *c.textures);
     world->materials = pm_arena_array(&world->arena, table->count, sizeof *world->materials);
-    if (!world->materials)
-        return pm_error_set(err, PM_E_MEMORY, "out of memory for %zu materials", table->count);
+    pm_status status = world->materials && c.textures ? check_sources(&c) : memory_error(&c);
+    for (size_t i = 0; i < table->count && !status; i++)
+        status = compile_material(&c, table->primitive[i], &world->materials[i]);
+    free(c.textures);
     world->material_count = table->count;
-    pm_status status = check_sources(&c);
-    for (size_t i = 0; i < table->count && !status; i++) {
-        const pm_primitive *p = &scene->primitives[table->primitive[i]];
-        read_reals(&world->materials[i], p, world->scale);
-        status = compile_references(&c, p, &world->materials[i]);
-    }
     if (!status)
         set_abilities(world);
     return status;

@@ -8,10 +8,36 @@
 #include "base/vec3.h"
 #include "world/world_internal.h"
 
+/* What a modifier's functions and files need, copied from its primitive. */
+struct pm_modifier {
+    pm_primitive_type type;
+    const double *reals;
+    const int32_t *assets; /* [string_count], or NULL */
+    uint32_t real_count, string_count;
+    pm_function expressions, functions, coordinates; /* or PM_NO_FUNCTION */
+    pm_transform transform; /* from its own coordinates to the scene's */
+};
+
+/* A texture, a pattern, or a mixture of such, and those that follow it. Shared between the
+ * materials whose chains end alike. */
+struct pm_texture {
+    struct pm_modifier modifier;
+    const struct pm_texture *components[2]; /* a mixture's: foreground, background; or NULL */
+    const struct pm_texture *next;
+};
+
 /* Materials as surface.c, light.c and media.c need them. Which reals mean what: Radiance
  * reference manual, 2.1.2. */
 struct pm_material {
     pm_primitive_type type;
+
+    /* Its own functions and files. A mixture's say how much of the foreground shows. */
+    struct pm_modifier modifier;
+    /* The textures and patterns of the chain, in the order in which they apply: first those
+     * over the material, then those below it (Radiance's rayshade and raytexture). */
+    const struct pm_texture *textures;
+    /* A mixture's foreground and background; PM_NO_PRIMITIVE: straight passage. */
+    uint32_t components[2];
 
     /* Reflectance, transmissivity of glass, or emitted radiance. */
     pm_rgb color;

@@ -117,6 +117,7 @@ pm_status pm_world_compile(const pm_scene *scene, pm_world **out, pm_error *err)
     pm_world *world = calloc(1, sizeof *world);
     if (!world)
         return no_memory(err);
+    world->assets = pm_assets_share(scene->assets);
     struct pm_identity identity = {0};
     pm_status status = pm_identity_make(scene, &identity, err);
     if (!status)
@@ -134,6 +135,7 @@ void pm_world_free(pm_world *world)
     if (!world)
         return;
     pm_rays_free(world->rays);
+    pm_assets_free(world->assets);
     pm_arena_clear(&world->arena);
     free(world);
 }

@@ -2,6 +2,7 @@
 #define PM_WORLD_INTERNAL_H
 
 #include "base/arena.h"
+#include "scene/assets.h"
 #include "world/shape.h"
 #include "world/world.h"
 
@@ -27,15 +28,15 @@ struct pm_distant {
  * the digest of a material that antimatter lists also covers the sorted digests of the
  * antimatters that list it (whose own digests cover the bare contents of what they list).
  *
- * Which scene primitives the world's materials come from. Materials with equal digests (type,
- * arguments and references by content) are one; they are sorted by digest. Only those that a
- * surface or a source needs, by itself or through references, are there. */
+ * Which scene primitives the world's materials come from: modifiers of surfaces, and those that
+ * materials and mixtures name, each with its chain. Those with equal digests (type, arguments,
+ * files, chain and references by content) are one; they are sorted by digest. */
 struct pm_material_table {
     size_t count;
-    const uint32_t *primitive; /* [count]: a scene primitive with that content */
+    const uint32_t *primitive; /* [count]: the top of a chain with that content */
     const pm_digest *digest;   /* [count] */
-    /* [scene->count]: the material that a primitive became, PM_NO_PRIMITIVE if it is a surface
-     * or not needed. Use it to translate pm_primitive.references. */
+    /* [scene->count]: the material that a chain from there became, PM_NO_PRIMITIVE if none. Use
+     * it to translate pm_primitive.references. */
     const uint32_t *of_primitive;
 };
 
@@ -57,6 +58,8 @@ struct pm_world {
     size_t distant_count;
     struct pm_distant *distants;
     const pm_digest *distant_digests;
+
+    struct pm_assets *assets; /* a share: files and functions of the modifiers */
 
     /* Filled by pm_materials_compile (material.c); freed with the arena. */
     size_t material_count;

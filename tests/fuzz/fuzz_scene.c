@@ -20,14 +20,13 @@ static void check_primitive(const pm_scene *scene, size_t index)
     const pm_primitive *p = &scene->primitives[index];
     check(p->type < PM_PRIMITIVE_TYPES && p->file < scene->file_count);
     check(p->name && p->line > 0 && p->column > 0);
-    if (pm_primitive_is_surface(p->type))
-        check(p->modifier >= 0 && (size_t)p->modifier < index &&
-              !pm_primitive_is_surface(scene->primitives[p->modifier].type));
-    else
-        check(p->modifier == PM_VOID);
-    for (uint32_t i = 0; i < p->string_count; i++)
-        check(p->strings[i] && (p->references[i] == PM_VOID ||
-                                (p->references[i] >= 0 && (size_t)p->references[i] < index)));
+    check(p->modifier >= PM_VOID && p->modifier < (int32_t)index);
+    check(p->material >= PM_VOID && p->material <= (int32_t)index && p->depth > 0);
+    for (uint32_t i = 0; i < p->string_count; i++) {
+        check(p->strings[i] != NULL);
+        check(!p->references ||
+              (p->references[i] >= PM_VOID && p->references[i] < (int32_t)index));
+    }
     for (uint32_t i = 0; i < p->real_count; i++)
         check(isfinite(p->reals[i]));
 }
