@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/bytes.h"
+#include "base/radix.h"
 #include "scene/assets.h"
 #include "scene/types.h"
 
@@ -175,6 +176,38 @@ struct entry {
     uint32_t primitive;
 };
 
+static uint64_t key_of(const pm_digest *digest)
+{
+    uint64_t key = 0;
+    for (int i = 0; i < 8; i++)
+        key = key << 8 | digest->bytes[i];
+    return key;
+}
+
+/* By the digests' first bytes, of which few are equal but where all are. */
+static bool sort_entries(struct entry *entries, size_t count)
+{
+    struct entry *sorted = malloc((count + 1) * sizeof *sorted);
+    pm_keyed *keys = malloc((count + 1) * sizeof *keys);
+    bool ready = sorted && keys;
+    for (size_t i = 0; ready && i < count; i++)
+        keys[i] = (pm_keyed){key_of(&entries[i].digest), (uint32_t)i};
+    ready = ready && !pm_radix_sort(keys, count);
+    for (size_t i = 0; ready && i < count; i++)
+        sorted[i] = entries[keys[i].value];
+    for (size_t i = 0, end; ready && i < count; i = end) {
+        for (end = i + 1; end < count && keys[end].key == keys[i].key;)
+            end++;
+        if (end - i > 1)
+            qsort(sorted + i, end - i, sizeof *sorted, by_digest);
+    }
+    if (ready)
+        memcpy(entries, sorted, count * sizeof *entries);
+    free(sorted);
+    free(keys);
+    return ready;
+}
+
 static bool list_materials(struct maker *m)
 {
     pm_arena *arena = &m->out->arena;
@@ -191,7 +224,8 @@ static bool list_materials(struct maker *m)
     for (uint32_t i = 0, k = 0; i < m->scene->count; i++)
         if (m->listed[i])
             entries[k++] = (struct entry){m->full[i], i};
-    qsort(entries, needed, sizeof *entries, by_digest);
+    if (!sort_entries(entries, needed))
+        return false;
     for (size_t i = 0; i < needed; i++) {
         if (count == 0 || !pm_digest_equal(&digest[count - 1], &entries[i].digest)) {
             primitive[count] = entries[i].primitive;
@@ -211,7 +245,7 @@ static bool is_placed(const pm_scene *scene, size_t i)
            type != PM_MESH;
 }
 
-static size_t digest_surfaces(struct maker *m, bool distant, struct entry *out)
+static bool digest_surfaces(struct maker *m, bool distant, struct entry *out, size_t *made)
 {
     size_t count = 0;
     for (uint32_t i = 0; i < m->scene->count; i++) {
@@ -221,8 +255,8 @@ static size_t digest_surfaces(struct maker *m, bool distant, struct entry *out)
         start(m, p, m->full);
         out[count++] = (struct entry){finish(m), i};
     }
-    qsort(out, count, sizeof *out, by_digest);
-    return count;
+    *made = count;
+    return sort_entries(out, count);
 }
 
 static bool list_surfaces(struct maker *m)
@@ -233,14 +267,13 @@ static bool list_surfaces(struct maker *m)
     struct entry *entries = malloc((count + 1) * sizeof *entries);
     m->out->surfaces = pm_arena_array(&m->out->arena, count, sizeof *m->out->surfaces);
     m->out->digests = pm_arena_array(&m->out->arena, count, sizeof *m->out->digests);
-    bool ready = entries && m->out->surfaces && m->out->digests;
-    if (ready) {
-        m->out->local_count = digest_surfaces(m, false, entries);
-        m->out->distant_count = digest_surfaces(m, true, entries + m->out->local_count);
-        for (size_t i = 0; i < count; i++) {
-            m->out->surfaces[i] = entries[i].primitive;
-            m->out->digests[i] = entries[i].digest;
-        }
+    bool ready = entries && m->out->surfaces && m->out->digests &&
+                 digest_surfaces(m, false, entries, &m->out->local_count) &&
+                 digest_surfaces(m, true, entries + m->out->local_count,
+                                 &m->out->distant_count);
+    for (size_t i = 0; ready && i < count; i++) {
+        m->out->surfaces[i] = entries[i].primitive;
+        m->out->digests[i] = entries[i].digest;
     }
     free(entries);
     return ready;

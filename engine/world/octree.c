@@ -4,17 +4,35 @@
 #include <string.h>
 
 #include "base/bytes.h"
+#include "base/morton.h"
+#include "base/radix.h"
 
-enum { LEAF_SURFACES = 6, MAX_DEPTH = 14, MOST_ENTRIES = 1024 };
+enum { LEAF_SURFACES = 16, MAX_DEPTH = 14, MOST_ENTRIES = 1024 };
 
-/* Sets of surfaces, one behind the other: a node's set, then those of its children, and so on
+/* What a cell may hold, in an order that keeps neighbours in space together. */
+struct item {
+    pm_vec3 low, high;
+    uint32_t shape;
+};
+
+/* Of an item in a set: the children of the set's cell that its bounds meet, a bit each; and
+ * whether the cell holds it all, so that it meets the child that alone its bounds meet. */
+struct mark {
+    uint8_t octants;
+    bool inside;
+};
+
+/* Sets of items, one behind the other: a node's set, then those of its children, and so on
  * down. */
 struct builder {
     pm_world *world;
-    uint32_t *set;
-    uint8_t *octants; /* of each in the set: the children that its bounds meet, a bit each */
+    struct item *items;
+    uint32_t *set; /* item numbers */
+    struct mark *marks;
     size_t capacity;
     pm_bytes scratch;
+    uint32_t *shapes; /* [leaf_capacity]: of the leaf at work */
+    size_t leaf_capacity;
     pm_digest empty; /* of a leaf that meets nothing: most are */
     size_t nodes;
     bool failed;
@@ -33,26 +51,67 @@ static bool reserve(struct builder *b, size_t end)
 {
     if (end <= b->capacity)
         return true;
-    size_t capacity = 2 * end;
+    size_t capacity = end + end / 2;
     uint32_t *set = realloc(b->set, capacity * sizeof *set);
     if (set)
         b->set = set;
-    uint8_t *octants = realloc(b->octants, capacity * sizeof *octants);
-    if (octants)
-        b->octants = octants;
-    if (set && octants)
+    struct mark *marks = realloc(b->marks, capacity * sizeof *marks);
+    if (marks)
+        b->marks = marks;
+    if (set && marks)
         b->capacity = capacity;
     else
         b->failed = true;
     return !b->failed;
 }
 
+static bool reserve_leaf(struct builder *b, size_t count)
+{
+    if (count <= b->leaf_capacity)
+        return true;
+    uint32_t *shapes = realloc(b->shapes, 2 * count * sizeof *shapes);
+    b->failed = b->failed || !shapes;
+    if (!shapes)
+        return false;
+    b->shapes = shapes;
+    b->leaf_capacity = 2 * count;
+    return true;
+}
+
+static int by_index(const void *a, const void *b)
+{
+    uint32_t i = *(const uint32_t *)a, j = *(const uint32_t *)b;
+    return (i > j) - (i < j);
+}
+
+static void sort_indices(uint32_t *list, size_t count)
+{
+    enum { FEW = 16 };
+    if (count > FEW) {
+        qsort(list, count, sizeof *list, by_index);
+        return;
+    }
+    for (size_t i = 1; i < count; i++) {
+        uint32_t index = list[i];
+        size_t at = i;
+        for (; at > 0 && list[at - 1] > index; at--)
+            list[at] = list[at - 1];
+        list[at] = index;
+    }
+}
+
+/* Shapes are in digest order, so that theirs is the digests'. */
 static pm_digest leaf_digest(struct builder *b, const struct cell *cell)
 {
+    if (!reserve_leaf(b, cell->count))
+        return b->empty;
+    for (size_t i = 0; i < cell->count; i++)
+        b->shapes[i] = b->items[b->set[cell->first + i]].shape;
+    sort_indices(b->shapes, cell->count);
     b->scratch.size = 0;
     pm_bytes_u8(&b->scratch, 'L');
     for (size_t i = 0; i < cell->count; i++) {
-        const pm_digest *d = &b->world->shape_digests[b->set[cell->first + i]];
+        const pm_digest *d = &b->world->shape_digests[b->shapes[i]];
         pm_bytes_append(&b->scratch, d->bytes, sizeof d->bytes);
     }
     if (pm_bytes_status(&b->scratch))
@@ -60,12 +119,17 @@ static pm_digest leaf_digest(struct builder *b, const struct cell *cell)
     return pm_digest_of(b->scratch.data, b->scratch.size);
 }
 
-static uint8_t octants_of(const struct pm_shape *s, pm_vec3 c)
+static uint8_t octants_of(const struct item *s, pm_vec3 c)
 {
     unsigned x = (s->low.x <= c.x ? 0x55U : 0) | (s->high.x >= c.x ? 0xAAU : 0);
     unsigned y = (s->low.y <= c.y ? 0x33U : 0) | (s->high.y >= c.y ? 0xCCU : 0);
     unsigned z = (s->low.z <= c.z ? 0x0FU : 0) | (s->high.z >= c.z ? 0xF0U : 0);
     return (uint8_t)(x & y & z);
+}
+
+static bool is_one_bit(unsigned bits)
+{
+    return (bits & (bits - 1)) == 0;
 }
 
 /* Child number `octant`, its set from `first` on. */
@@ -79,10 +143,18 @@ static struct cell make_child(struct builder *b, const struct cell *parent, int 
                          .half = half,
                          .first = first,
                          .depth = parent->depth + 1};
-    for (size_t i = parent->first; i < parent->first + parent->count; i++)
-        if (b->octants[i] >> octant & 1 &&
-            pm_shape_meets_cube(&b->world->shapes[b->set[i]], child.center, child.half))
-            b->set[child.first + child.count++] = b->set[i];
+    for (size_t i = parent->first; i < parent->first + parent->count; i++) {
+        const struct mark mark = b->marks[i];
+        if (!(mark.octants >> octant & 1))
+            continue;
+        uint32_t number = b->set[i];
+        bool inside = mark.inside && is_one_bit(mark.octants);
+        if (!inside && !pm_shape_meets_cube(&b->world->shapes[b->items[number].shape],
+                                            child.center, child.half))
+            continue;
+        b->marks[child.first + child.count].inside = inside;
+        b->set[child.first + child.count++] = number;
+    }
     return child;
 }
 
@@ -94,7 +166,7 @@ static bool cut(struct builder *b, const struct cell *cell, struct cell children
         !reserve(b, cell->free + 8 * cell->count))
         return false;
     for (size_t i = cell->first; i < end; i++)
-        b->octants[i] = octants_of(&b->world->shapes[b->set[i]], cell->center);
+        b->marks[i].octants = octants_of(&b->items[b->set[i]], cell->center);
     for (int octant = 0; octant < 8; octant++) {
         children[octant] = make_child(b, cell, octant, cell->free + entries);
         entries += children[octant].count;
@@ -129,7 +201,7 @@ static pm_digest root_digest(struct builder *b, const pm_digest *top)
 {
     const pm_world *world = b->world;
     b->scratch.size = 0;
-    pm_bytes_text(&b->scratch, "photon map scene 1");
+    pm_bytes_text(&b->scratch, "photon map scene 2");
     pm_bytes_f64(&b->scratch, world->center.x);
     pm_bytes_f64(&b->scratch, world->center.y);
     pm_bytes_f64(&b->scratch, world->center.z);
@@ -144,15 +216,39 @@ static pm_digest root_digest(struct builder *b, const pm_digest *top)
 
 static void builder_clear(struct builder *b)
 {
+    free(b->items);
     free(b->set);
-    free(b->octants);
+    free(b->marks);
+    free(b->shapes);
     pm_bytes_clear(&b->scratch);
 }
 
-static pm_status no_memory(struct builder *b, pm_error *err)
+static pm_vec3 middle(const struct pm_shape *s)
 {
-    builder_clear(b);
-    return pm_error_set(err, PM_E_MEMORY, "no memory for the octree");
+    return pm_vec3_scale(pm_vec3_add(s->low, s->high), .5);
+}
+
+/* The top's set: all items, neighbours in space beside each other. */
+static bool list_items(struct builder *b)
+{
+    const pm_world *world = b->world;
+    size_t count = world->shape_count;
+    pm_keyed *order = malloc((count + 1) * sizeof *order);
+    b->items = malloc((count + 1) * sizeof *b->items);
+    bool ready = order && b->items && reserve(b, 4 * count) && reserve_leaf(b, LEAF_SURFACES);
+    for (uint32_t i = 0; ready && i < count; i++) {
+        pm_vec3 at = middle(&world->shapes[i]);
+        order[i] = (pm_keyed){pm_morton_code(at.x, at.y, at.z), i};
+    }
+    ready = ready && !pm_radix_sort(order, count);
+    for (uint32_t i = 0; ready && i < count; i++) {
+        const struct pm_shape *s = &world->shapes[order[i].value];
+        b->items[i] = (struct item){s->low, s->high, order[i].value};
+        b->set[i] = i;
+        b->marks[i].inside = true;
+    }
+    free(order);
+    return ready;
 }
 
 pm_status pm_octree_build(pm_world *world, pm_error *err)
@@ -160,16 +256,16 @@ pm_status pm_octree_build(pm_world *world, pm_error *err)
     struct builder b = {.world = world};
     struct cell top = {.half = 1, .count = world->shape_count, .free = world->shape_count};
     top.entries = MOST_ENTRIES * (double)top.count;
-    if (!reserve(&b, top.count))
-        return no_memory(&b, err);
-    for (uint32_t i = 0; i < world->shape_count; i++)
-        b.set[i] = i;
-    b.empty = leaf_digest(&b, &(struct cell){.count = 0});
-    pm_digest digest = node_digest(&b, &top);
-    digest = root_digest(&b, &digest);
-    if (b.failed)
-        return no_memory(&b, err);
+    pm_digest digest = {0};
+    b.failed = !list_items(&b);
+    if (!b.failed) {
+        b.empty = leaf_digest(&b, &(struct cell){.count = 0});
+        digest = node_digest(&b, &top);
+        digest = root_digest(&b, &digest);
+    }
     builder_clear(&b);
+    if (b.failed)
+        return pm_error_set(err, PM_E_MEMORY, "no memory for the octree");
     world->hash = digest;
     world->octree_nodes = b.nodes;
     return PM_OK;

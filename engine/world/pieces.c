@@ -2,23 +2,17 @@
 
 #include <stdlib.h>
 
+#include "base/morton.h"
+#include "base/radix.h"
+
 /* ---- building ---- */
 
-/* A piece to be: where it lies, and which triangles it is made of. */
+/* A piece to be: which triangles it is made of. */
 struct place {
-    uint64_t code;
     uint32_t shape, triangle;
 };
 
-static int by_code(const void *a, const void *b)
-{
-    const struct place *x = a, *y = b;
-    if (x->code != y->code)
-        return x->code < y->code ? -1 : 1;
-    if (x->shape != y->shape)
-        return x->shape < y->shape ? -1 : 1;
-    return (x->triangle > y->triangle) - (x->triangle < y->triangle);
-}
+enum { AHEAD = 8 }; /* shapes are scattered over memory: ask for them before they are needed */
 
 static bool is_planar(const pm_world *world, const struct pm_shape *s)
 {
@@ -44,34 +38,24 @@ static bool pairs_up(const pm_world *world, const struct pm_shape *s, uint32_t i
     return false;
 }
 
-/* Every third bit of a coordinate in [-1, 1]. */
-static uint64_t spread_bits(double x)
-{
-    enum { BITS = 21 };
-    double cell = fmin(fmax((x + 1) * (1 << (BITS - 1)), 0), (1 << BITS) - 1);
-    uint64_t i = (uint64_t)cell, code = 0;
-    for (int bit = 0; bit < BITS; bit++)
-        code |= (i >> bit & 1) << 3 * bit;
-    return code;
-}
-
 /* Morton code of the triangle's middle. */
 static uint64_t code_of(const struct pm_shape *s, uint32_t triangle)
 {
     const uint32_t *c = s->triangles[triangle].corner;
     pm_vec3 sum =
         pm_vec3_add(s->vertices[c[0]], pm_vec3_add(s->vertices[c[1]], s->vertices[c[2]]));
-    return spread_bits(sum.x / 3) | spread_bits(sum.y / 3) << 1 | spread_bits(sum.z / 3) << 2;
+    return pm_morton_code(sum.x / 3, sum.y / 3, sum.z / 3);
 }
 
-static size_t list_places(const pm_world *world, struct place *places)
+static size_t list_places(const pm_world *world, struct place *places, pm_keyed *order)
 {
     size_t count = 0;
     int first, other;
     for (uint32_t i = 0; i < world->shape_count; i++) {
         const struct pm_shape *s = &world->shapes[i];
         for (uint32_t k = 0; k < s->triangle_count; count++) {
-            places[count] = (struct place){code_of(s, k), i, k};
+            places[count] = (struct place){i, k};
+            order[count] = (pm_keyed){code_of(s, k), (uint32_t)count};
             k += pairs_up(world, s, k, &first, &other) ? 2 : 1;
         }
     }
@@ -126,24 +110,27 @@ pm_status pm_pieces_build(const pm_world *world, struct pm_pieces *out)
     for (size_t i = 0; i < world->shape_count; i++)
         triangles += world->shapes[i].triangle_count;
     struct place *places = malloc((triangles + 1) * sizeof *places);
-    if (places)
-        count = list_places(world, places);
+    pm_keyed *order = malloc((triangles + 1) * sizeof *order);
+    if (places && order && triangles < UINT32_MAX)
+        count = list_places(world, places, order);
     *out = (struct pm_pieces){
         .count = count,
         .piece = aligned_alloc(alignof(struct pm_piece), (count + 1) * sizeof *out->piece),
         .owner = malloc((count + 1) * sizeof *out->owner)};
-    if (!places || !out->piece || !out->owner || count >= UINT32_MAX) {
-        free(places);
-        pm_pieces_clear(out);
-        return PM_E_MEMORY;
-    }
-    qsort(places, count, sizeof *places, by_code);
-    for (size_t i = 0; i < count; i++) {
-        make_piece(world, &places[i], &out->piece[i]);
-        out->owner[i] = make_owner(world, places[i].shape);
+    bool ready = places && order && triangles < UINT32_MAX && out->piece && out->owner &&
+                 !pm_radix_sort(order, count);
+    for (size_t i = 0; ready && i < count; i++) {
+        const struct place *place = &places[order[i].value];
+        if (i + AHEAD < count)
+            __builtin_prefetch(&world->shapes[places[order[i + AHEAD].value].shape].axis);
+        make_piece(world, place, &out->piece[i]);
+        out->owner[i] = make_owner(world, place->shape);
     }
     free(places);
-    return PM_OK;
+    free(order);
+    if (!ready)
+        pm_pieces_clear(out);
+    return ready ? PM_OK : PM_E_MEMORY;
 }
 
 void pm_pieces_clear(struct pm_pieces *pieces)

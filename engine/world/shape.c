@@ -51,28 +51,55 @@ void pm_shape_set_bounds(struct pm_shape *s)
     }
 }
 
+/* Against rounding, for cubes within [-1, 1]^3. */
+#define SLACK 0x1p-48
+
 static bool plane_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)
 {
-    double reach = half * (fabs(s->axis.x) + fabs(s->axis.y) + fabs(s->axis.z));
+    double reach = half * (fabs(s->axis.x) + fabs(s->axis.y) + fabs(s->axis.z)) + SLACK;
     return fabs(pm_vec3_dot(s->axis, center) - s->offset) <= reach + s->deviation;
+}
+
+enum { FEW_CORNERS = 8 }; /* for more corners the closer test costs more than it spares */
+
+static bool has_corner_inside(const pm_vec3 *corner, uint32_t count, double half)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (fabs(corner[i].x) <= half && fabs(corner[i].y) <= half && fabs(corner[i].z) <= half)
+            return true;
+    return false;
+}
+
+/* Whether the corners' shadows u x + v y lie all on one side of the interval [-reach, reach].
+ */
+static bool is_beside(const double *x, const double *y, uint32_t count, double u, double v,
+                      double half)
+{
+    double reach = half * (fabs(u) + fabs(v)), low = INFINITY, high = -INFINITY;
+    for (uint32_t i = 0; i < count; i++) {
+        double at = u * x[i] + v * y[i];
+        low = at < low ? at : low;
+        high = at > high ? at : high;
+    }
+    return low > reach || high < -reach;
 }
 
 /* Whether the polygon's shadow on an axis at right angles to one of its edges and to one of the
  * cube's is apart from the cube's (Akenine-Moeller, "Fast 3D triangle-box overlap testing", JGT
  * 6(1), 2001; for more corners than three it is as conservative as it is for their hull). */
-static bool edge_parts(const struct pm_shape *s, pm_vec3 edge, pm_vec3 center, double half)
+static bool has_parting_edge(const pm_vec3 *corner, uint32_t count, double half)
 {
-    const pm_vec3 axes[3] = {{0, -edge.z, edge.y}, {edge.z, 0, -edge.x}, {-edge.y, edge.x, 0}};
-    for (int k = 0; k < 3; k++) {
-        pm_vec3 a = axes[k];
-        double reach = (half + 0x1p-48) * (fabs(a.x) + fabs(a.y) + fabs(a.z));
-        double low = INFINITY, high = -INFINITY;
-        for (uint32_t i = 0; i < s->vertex_count; i++) {
-            double at = pm_vec3_dot(a, pm_vec3_sub(s->vertices[i], center));
-            low = at < low ? at : low;
-            high = at > high ? at : high;
-        }
-        if (low > reach || high < -reach)
+    double x[FEW_CORNERS], y[FEW_CORNERS], z[FEW_CORNERS];
+    for (uint32_t i = 0; i < count; i++) {
+        x[i] = corner[i].x;
+        y[i] = corner[i].y;
+        z[i] = corner[i].z;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t next = i + 1 < count ? i + 1 : 0;
+        double ex = x[next] - x[i], ey = y[next] - y[i], ez = z[next] - z[i];
+        if (is_beside(y, z, count, -ez, ey, half) || is_beside(x, z, count, ez, -ex, half) ||
+            is_beside(x, y, count, -ey, ex, half))
             return true;
     }
     return false;
@@ -80,15 +107,15 @@ static bool edge_parts(const struct pm_shape *s, pm_vec3 edge, pm_vec3 center, d
 
 static bool polygon_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)
 {
-    enum { FEW = 8 }; /* for more corners it costs more than it spares */
+    pm_vec3 corner[FEW_CORNERS];
     if (!plane_meets_cube(s, center, half))
         return false;
-    for (uint32_t i = 0; i < s->vertex_count && s->vertex_count <= FEW; i++) {
-        pm_vec3 next = s->vertices[(i + 1) % s->vertex_count];
-        if (edge_parts(s, pm_vec3_sub(next, s->vertices[i]), center, half))
-            return false;
-    }
-    return true;
+    if (s->vertex_count > FEW_CORNERS)
+        return true;
+    for (uint32_t i = 0; i < s->vertex_count; i++)
+        corner[i] = pm_vec3_sub(s->vertices[i], center);
+    return has_corner_inside(corner, s->vertex_count, half) ||
+           !has_parting_edge(corner, s->vertex_count, half + SLACK);
 }
 
 /* The shell lies between the cube's nearest and farthest points from its centre. */
@@ -121,7 +148,7 @@ static bool cone_meets_cube(const struct pm_shape *s, pm_vec3 center, double hal
     double along, k = slope(s), reach = 1.7320508075688774 * half; /* sqrt 3 */
     double radius = pm_vec3_length(from_axis(s, center, &along));
     double apart = fabs(radius - s->r0 - k * along) / sqrt(1 + k * k);
-    return apart <= reach + 0x1p-48;
+    return apart <= reach + SLACK;
 }
 
 bool pm_shape_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)

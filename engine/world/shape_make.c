@@ -211,6 +211,25 @@ static void accumulate_areas(struct pm_shape *s, double *cumulative)
     s->cumulative = cumulative;
 }
 
+/* Most polygons are triangles, and share these. */
+static const struct pm_triangle fan[] = {{{0, 1, 2}}};
+static const double whole[] = {1};
+
+static pm_status cut_polygon(const struct maker *m, double *inverted)
+{
+    struct pm_shape *s = m->shape;
+    uint32_t most = s->vertex_count - 2;
+    struct pm_triangle *triangles = pm_arena_array(m->arena, most, sizeof *triangles);
+    double *cumulative = pm_arena_array(m->arena, most, sizeof *cumulative);
+    if (!triangles || !cumulative)
+        return no_memory(m);
+    s->triangles = triangles;
+    pm_status status = triangulate(m, triangles, inverted);
+    if (!status)
+        accumulate_areas(s, cumulative);
+    return status;
+}
+
 static pm_status make_polygon(const struct maker *m)
 {
     struct pm_shape *s = m->shape;
@@ -218,22 +237,19 @@ static pm_status make_polygon(const struct maker *m)
     if (status)
         return status;
     find_plane(s);
-    double rim = m->frame->tolerance * perimeter(s), inverted;
+    double rim = m->frame->tolerance * perimeter(s), inverted = 0;
     if (!(s->area > rim))
         return refuse(m, "has no area");
-    uint32_t most = s->vertex_count - 2;
-    struct pm_triangle *triangles = pm_arena_array(m->arena, most, sizeof *triangles);
-    double *cumulative = pm_arena_array(m->arena, most, sizeof *cumulative);
-    if (!triangles || !cumulative)
-        return no_memory(m);
-    status = triangulate(m, triangles, &inverted);
-    if (status)
-        return status;
-    if (inverted > rim)
+    if (s->vertex_count == 3) {
+        s->triangles = fan;
+        s->triangle_count = 1;
+        s->cumulative = whole;
+        return PM_OK;
+    }
+    status = cut_polygon(m, &inverted);
+    if (!status && inverted > rim)
         return refuse(m, "has edges that cross each other");
-    s->triangles = triangles;
-    accumulate_areas(s, cumulative);
-    return PM_OK;
+    return status;
 }
 
 pm_status pm_shape_make(const pm_scene *scene, const pm_primitive *primitive,

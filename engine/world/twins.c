@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/radix.h"
 #include "world/material.h"
 
 /* ---- planar shapes: planes hashed by two numbers ---- */
@@ -17,7 +18,8 @@ static const uint32_t NONE = UINT32_MAX;
 
 struct finder {
     pm_world *world;
-    uint32_t *order; /* planar shapes, the largest first */
+    pm_keyed *order;     /* planar shapes, the largest first */
+    double (*number)[2]; /* of all shapes: plane_numbers */
     size_t count;
     uint32_t *bucket, *next; /* chains of the groups' first shapes */
     size_t mask;
@@ -53,16 +55,32 @@ static bool lies_in_plane(const struct pm_shape *s, const struct pm_shape *plane
     return true;
 }
 
-/* The first shape of a group whose plane holds `s`, or NONE. */
-static uint32_t find_group(const struct finder *f, const struct pm_shape *s)
+/* Of this cell and its nearest neighbours: k = 0 .. 3. */
+static size_t near_bucket(const struct finder *f, uint32_t index, int k)
 {
-    double number[2];
-    plane_numbers(s, number);
+    int64_t i = (int64_t)floor(f->number[index][0] / CELL - .5) + (k & 1);
+    int64_t j = (int64_t)floor(f->number[index][1] / CELL - .5) + (k >> 1);
+    return bucket_of(f, i, j);
+}
+
+/* Both lie anywhere in memory: ask for them before they are needed. */
+static void prefetch(const struct finder *f, size_t k)
+{
+    enum { AHEAD = 8 };
+    if (k + AHEAD >= f->count)
+        return;
+    uint32_t index = f->order[k + AHEAD].value;
+    __builtin_prefetch(&f->world->shapes[index].axis);
+    for (int near = 0; near < 4; near++)
+        __builtin_prefetch(&f->bucket[near_bucket(f, index, near)]);
+}
+
+/* The first shape of a group whose plane holds this one, or NONE. */
+static uint32_t find_group(const struct finder *f, uint32_t index)
+{
+    const struct pm_shape *s = &f->world->shapes[index];
     for (int k = 0; k < 4; k++) {
-        /* this cell and its nearest neighbours */
-        int64_t i = (int64_t)floor(number[0] / CELL - .5) + (k & 1);
-        int64_t j = (int64_t)floor(number[1] / CELL - .5) + (k >> 1);
-        uint32_t l = f->bucket[bucket_of(f, i, j)];
+        uint32_t l = f->bucket[near_bucket(f, index, k)];
         for (int tried = 0; l != NONE && tried < MOST_TRIED; l = f->next[l], tried++)
             if (lies_in_plane(s, &f->world->shapes[l], f->world->tolerance))
                 return l;
@@ -80,20 +98,18 @@ static void join(struct pm_shape *s, const struct pm_shape *first, uint32_t grou
 
 static void start_group(struct finder *f, uint32_t index)
 {
-    double number[2];
-    plane_numbers(&f->world->shapes[index], number);
+    const double *number = f->number[index];
     size_t b = bucket_of(f, (int64_t)floor(number[0] / CELL), (int64_t)floor(number[1] / CELL));
     f->next[index] = f->bucket[b];
     f->bucket[b] = index;
 }
 
-static int larger_first(const void *a, const void *b, void *context)
+/* Descending: positive doubles are ordered as their bits are. */
+static uint64_t area_key(double area)
 {
-    const struct pm_shape *shapes = context;
-    uint32_t i = *(const uint32_t *)a, j = *(const uint32_t *)b;
-    if (shapes[i].area != shapes[j].area)
-        return shapes[i].area > shapes[j].area ? -1 : 1;
-    return (i > j) - (i < j);
+    uint64_t bits;
+    memcpy(&bits, &area, sizeof bits);
+    return ~bits;
 }
 
 static bool finder_init(struct finder *f)
@@ -105,17 +121,19 @@ static bool finder_init(struct finder *f)
     f->mask = buckets - 1;
     f->order = malloc((world->shape_count + 1) * sizeof *f->order);
     f->next = malloc((world->shape_count + 1) * sizeof *f->next);
+    f->number = malloc((world->shape_count + 1) * sizeof *f->number);
     f->bucket = malloc(buckets * sizeof *f->bucket);
-    if (!f->order || !f->next || !f->bucket)
+    if (!f->order || !f->next || !f->number || !f->bucket)
         return false;
     memset(f->bucket, 0xFF, buckets * sizeof *f->bucket);
     for (uint32_t i = 0; i < world->shape_count; i++) {
         const struct pm_shape *s = &world->shapes[i];
-        if (pm_shape_is_planar(s) && s->deviation <= world->tolerance)
-            f->order[f->count++] = i;
+        if (!pm_shape_is_planar(s) || s->deviation > world->tolerance)
+            continue;
+        plane_numbers(s, f->number[i]);
+        f->order[f->count++] = (pm_keyed){area_key(s->area), i};
     }
-    qsort_r(f->order, f->count, sizeof *f->order, larger_first, world->shapes);
-    return true;
+    return !pm_radix_sort(f->order, f->count);
 }
 
 static pm_status find_planar(pm_world *world)
@@ -123,65 +141,97 @@ static pm_status find_planar(pm_world *world)
     struct finder f = {.world = world};
     bool ready = finder_init(&f);
     for (size_t k = 0; ready && k < f.count; k++) {
-        struct pm_shape *s = &world->shapes[f.order[k]];
-        uint32_t group = find_group(&f, s);
+        prefetch(&f, k);
+        uint32_t index = f.order[k].value, group = find_group(&f, index);
         if (group == NONE)
-            start_group(&f, f.order[k]);
+            start_group(&f, index);
         else
-            join(s, &world->shapes[group], group);
+            join(&world->shapes[index], &world->shapes[group], group);
     }
     free(f.order);
     free(f.next);
+    free(f.number);
     free(f.bucket);
     return ready ? PM_OK : PM_E_MEMORY;
 }
 
 /* ---- curved shapes: equal parameters ---- */
 
-static int compare_numbers(const double *a, const double *b, int count)
+enum { PARAMETERS = 10 };
+
+/* Zeros without a sign, so that equal numbers have equal bits. */
+static void list_parameters(const struct pm_shape *s, double out[PARAMETERS])
 {
-    for (int i = 0; i < count; i++)
-        if (a[i] != b[i])
-            return a[i] < b[i] ? -1 : 1;
-    return 0;
+    const double p[PARAMETERS] = {pm_shape_is_ball(s), s->center.x, s->center.y, s->center.z,
+                                  s->axis.x,           s->axis.y,   s->axis.z,   s->r0,
+                                  s->r1,               s->height};
+    for (int i = 0; i < PARAMETERS; i++)
+        out[i] = p[i] + 0.0;
+}
+
+static uint64_t parameter_key(const struct pm_shape *s)
+{
+    double p[PARAMETERS];
+    uint64_t bits[PARAMETERS], h = 0;
+    list_parameters(s, p);
+    memcpy(bits, p, sizeof bits);
+    for (int i = 0; i < PARAMETERS; i++) {
+        h = (h ^ bits[i]) * 0x9E3779B97F4A7C15U;
+        h ^= h >> 32;
+    }
+    return h;
 }
 
 static int compare_parameters(const struct pm_shape *a, const struct pm_shape *b)
 {
-    const double p[] = {pm_shape_is_ball(a), a->center.x, a->center.y, a->center.z, a->axis.x,
-                        a->axis.y,           a->axis.z,   a->r0,       a->r1,       a->height};
-    const double q[] = {pm_shape_is_ball(b), b->center.x, b->center.y, b->center.z, b->axis.x,
-                        b->axis.y,           b->axis.z,   b->r0,       b->r1,       b->height};
-    return compare_numbers(p, q, (int)(sizeof p / sizeof *p));
+    double p[PARAMETERS], q[PARAMETERS];
+    list_parameters(a, p);
+    list_parameters(b, q);
+    return memcmp(p, q, sizeof p);
 }
 
 static int by_parameters(const void *a, const void *b, void *context)
 {
     const struct pm_shape *shapes = context;
-    uint32_t i = *(const uint32_t *)a, j = *(const uint32_t *)b;
+    uint32_t i = ((const pm_keyed *)a)->value, j = ((const pm_keyed *)b)->value;
     int order = compare_parameters(&shapes[i], &shapes[j]);
     return order ? order : (i > j) - (i < j);
 }
 
+/* Shapes whose keys are equal: nearly always twins. */
+static void group_curved(pm_world *world, pm_keyed *run, size_t count)
+{
+    qsort_r(run, count, sizeof *run, by_parameters, world->shapes);
+    for (size_t k = 1; k < count; k++) {
+        const struct pm_shape *before = &world->shapes[run[k - 1].value];
+        struct pm_shape *s = &world->shapes[run[k].value];
+        if (compare_parameters(before, s) == 0)
+            s->group = before->group;
+    }
+}
+
 static pm_status find_curved(pm_world *world)
 {
-    uint32_t *curved = malloc((world->shape_count + 1) * sizeof *curved);
+    pm_keyed *curved = malloc((world->shape_count + 1) * sizeof *curved);
     size_t count = 0;
     if (!curved)
         return PM_E_MEMORY;
-    for (uint32_t i = 0; i < world->shape_count; i++)
-        if (!pm_shape_is_planar(&world->shapes[i]))
-            curved[count++] = i;
-    qsort_r(curved, count, sizeof *curved, by_parameters, world->shapes);
-    for (size_t k = 0; k < count; k++) {
-        struct pm_shape *s = &world->shapes[curved[k]];
-        s->flipped = s->inward; /* outward is a group's direction */
-        if (k == 0 || compare_parameters(&world->shapes[curved[k - 1]], s) != 0)
+    for (uint32_t i = 0; i < world->shape_count; i++) {
+        struct pm_shape *s = &world->shapes[i];
+        if (pm_shape_is_planar(s))
             continue;
-        s->group = world->shapes[curved[k - 1]].group;
+        s->flipped = s->inward; /* outward is a group's direction */
+        curved[count++] = (pm_keyed){parameter_key(s), i};
+    }
+    pm_status status = pm_radix_sort(curved, count);
+    for (size_t i = 0, end; !status && i < count; i = end) {
+        for (end = i + 1; end < count && curved[end].key == curved[i].key;)
+            end++;
+        if (end - i > 1)
+            group_curved(world, curved + i, end - i);
     }
     free(curved);
-    return PM_OK;
+    return status;
 }
 
 /* ---- layers ---- */
