@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/vec3.h"
+#include "files/records.h"
 
 /* Triangle meshes, from Wavefront .obj text or from Radiance's compiled .rtm.
  *
@@ -60,5 +61,10 @@ typedef struct pm_mesh_limits {
 PM_MUST_USE pm_status pm_mesh_read(const void *data, size_t size, const char *name,
                                    const pm_mesh_limits *limits, pm_mesh **out, pm_error *err);
 void pm_mesh_free(pm_mesh *mesh);
+
+/* The materials of a compiled mesh, one for each slot: what applies where the mesh primitive's
+ * modifier is void. Lists are put into the arena, texts lie in `data`. None for an .obj. */
+PM_MUST_USE pm_status pm_mesh_materials(const void *data, size_t size, const char *name,
+                                        pm_arena *arena, pm_records *out, pm_error *err);
 
 #endif

@@ -50,8 +50,12 @@ static pm_status read_types(struct records_reader *r)
 static pm_status read_strings(struct records_reader *r, pm_record *out)
 {
     int64_t count = pm_portable_integer(r->bytes, 2);
-    if (count < 0 || (size_t)count > r->bytes->size - r->bytes->at)
+    if (count < 0)
         return fail(r, "the count of a primitive's strings");
+    if (r->bytes->failed || (size_t)count > r->bytes->size - r->bytes->at) {
+        r->bytes->failed = true;
+        return fail(r, "a primitive's strings");
+    }
     const char **strings = pm_arena_array(r->arena, (size_t)count, sizeof *strings);
     if (!strings)
         return memory_error(r);

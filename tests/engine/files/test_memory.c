@@ -1,0 +1,125 @@
+#include "files_test.h"
+
+#include "files/mesh.h"
+#include "files/octree_file.h"
+
+/* Fails the n-th allocation of the engine, for every n until all succeed (the linker wraps
+ * malloc). */
+static long until_failure = -1;
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+
+static int fails_now(void)
+{
+    return until_failure >= 0 && until_failure-- == 0;
+}
+
+void *__wrap_malloc(size_t size)
+{
+    return fails_now() ? NULL : __real_malloc(size);
+}
+
+void *__wrap_calloc(size_t count, size_t size)
+{
+    return fails_now() ? NULL : __real_calloc(count, size);
+}
+
+void *__wrap_realloc(void *old, size_t size)
+{
+    return fails_now() ? NULL : __real_realloc(old, size);
+}
+
+typedef pm_status reader(const pm_bytes *bytes, pm_error *err);
+
+static pm_status read_mesh(const pm_bytes *bytes, pm_error *err)
+{
+    pm_mesh *mesh = NULL;
+    pm_status st = pm_mesh_read(bytes->data, bytes->size, "m", NULL, &mesh, err);
+    assert_true(!st == (mesh != NULL));
+    pm_mesh_free(mesh);
+    return st;
+}
+
+static pm_status read_materials(const pm_bytes *bytes, pm_error *err)
+{
+    pm_arena arena = {0};
+    pm_records records;
+    pm_status st = pm_mesh_materials(bytes->data, bytes->size, "m", &arena, &records, err);
+    pm_arena_clear(&arena);
+    return st;
+}
+
+static pm_status read_octree(const pm_bytes *bytes, pm_error *err)
+{
+    pm_arena arena = {0};
+    pm_octree_file file;
+    pm_status st =
+        pm_octree_file_read(bytes->data, bytes->size, "m", 1000000, &arena, &file, err);
+    pm_arena_clear(&arena);
+    return st;
+}
+
+static void assert_sweep(reader *read, const pm_bytes *bytes, long at_least)
+{
+    long n = 0;
+    for (pm_status st = PM_E_MEMORY; st; n++) {
+        pm_error err = PM_ERROR_INIT;
+        until_failure = n;
+        st = read(bytes, &err);
+        until_failure = -1;
+        if (st) {
+            assert_int_equal(st, PM_E_MEMORY);
+            assert_int_equal(err.status, PM_E_MEMORY);
+        }
+    }
+    assert_true(n > at_least);
+}
+
+static void compiled_meshes(void **state)
+{
+    (void)state;
+    pm_bytes b = {0};
+    put_mesh(&b);
+    assert_sweep(read_mesh, &b, 8);
+    assert_sweep(read_materials, &b, 2);
+    pm_bytes_clear(&b);
+}
+
+static void wavefront_meshes(void **state)
+{
+    (void)state;
+    pm_bytes b = {0};
+    for (int i = 0; i < 300; i++)
+        pm_bytes_format(&b, "usemtl m%d\nv %d 0 %d\nvn 1 0 %d\nvt %d 0\n", i, i, i * i % 7, i,
+                        i);
+    for (int i = 1; i < 295; i++)
+        pm_bytes_format(&b, "f %d/%d/%d %d/%d/%d %d/%d/%d\n", i, i, i, i + 1, i, i, i + 2, 1,
+                        1);
+    pm_bytes_text(&b, "v 0 0 0\nv 1 0 0\nv .5 .5 0\nv 1 1 0\nv 0 1 0\nf -5 -4 -3 -2 -1\n");
+    assert_sweep(read_mesh, &b, 20);
+    pm_bytes_clear(&b);
+}
+
+static void octrees(void **state)
+{
+    (void)state;
+    pm_bytes b = {0};
+    put_octree(&b);
+    assert_sweep(read_octree, &b, 3);
+    pm_bytes_clear(&b);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(compiled_meshes),
+        cmocka_unit_test(wavefront_meshes),
+        cmocka_unit_test(octrees),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
