@@ -346,6 +346,19 @@ static pm_status take_output(struct words *words)
     return PM_OK;
 }
 
+static pm_status take_allowed(struct words *words)
+{
+    const char *folder = NULL;
+    pm_status st = take_text(words, "a folder", &folder);
+    if (st)
+        return st;
+    if (words->out->allowed_count == PM_ALLOWED_MAX)
+        return pm_error_set(words->err, PM_E_RANGE, "--allow: at most %d folders",
+                            PM_ALLOWED_MAX);
+    words->out->allowed[words->out->allowed_count++] = folder;
+    return PM_OK;
+}
+
 static pm_status take_server(struct words *words)
 {
     return take_text(words, "an address such as http://127.0.0.1:8080", &words->out->server);
@@ -446,6 +459,9 @@ static const struct option options[] = {
      SWITCH(errors, true)},
     {"-o", PM_VERB_RENDER | PM_VERB_MAP, "FILE",
      "where to write: .exr, .hdr or .png by its ending; may be repeated", TAKE(take_output)},
+    {"--allow", WORKING | PM_VERB_SCENE, "DIR",
+     "files of this folder may be sent, too; without it those beside the scene and in RAYPATH",
+     TAKE(take_allowed)},
     {"--server", ONLINE, "URL", "a running server (PM_SERVER); without one, a private one",
      TAKE(take_server)},
     {"--token-file", ONLINE, "FILE", "bearer token of the server (PM_TOKEN_FILE)",

@@ -24,7 +24,7 @@ typedef enum pm_verb {
     PM_VERB_PMAPINFO = 1 << 8,
 } pm_verb;
 
-enum { PM_OUTPUTS_MAX = 8 };
+enum { PM_OUTPUTS_MAX = 8, PM_ALLOWED_MAX = 16 };
 
 /* What was said about one kind of map. */
 typedef struct pm_map_option {
@@ -62,6 +62,8 @@ typedef struct pm_options {
     bool json;                           /* scene, map, job --json */
     const char *outputs[PM_OUTPUTS_MAX]; /* -o */
     unsigned output_count;
+    const char *allowed[PM_ALLOWED_MAX]; /* --allow: folders whose files may be sent */
+    unsigned allowed_count;
 } pm_options;
 
 /* Reads argv[0..argc) behind the verb. PM_E_RANGE, PM_E_MISSING or PM_E_UNSUPPORTED with a text

@@ -300,7 +300,10 @@ pm_status pm_session_scene(pm_session *session, const char *path, pm_json **scen
     pm_bundle *bundle = NULL;
     const char *main_name = NULL;
     pm_digest digest;
-    pm_status st = pm_bundle_collect(path, &bundle, &main_name, err);
+    const pm_collect_options options = {.search_path = getenv("RAYPATH"),
+                                        .allowed = session->options->allowed,
+                                        .allowed_count = session->options->allowed_count};
+    pm_status st = pm_bundle_collect(path, &options, &bundle, &main_name, err);
     if (st)
         return st;
     st = check_bundle(bundle, main_name, path, err);

@@ -78,7 +78,7 @@ static pm_status insert(pm_bundle *bundle, const char *name, size_t size, uint8_
                         pm_error *err)
 {
     char clean[PM_PATH_SIZE];
-    if (!pm_path_join(NULL, name, clean))
+    if (!pm_path_join(NULL, name, clean) || pm_path_is_inside(clean) != pm_path_is_inside(name))
         return pm_error_set(
             err, PM_E_RANGE,
             "'%.80s' cannot name a file of a scene; write a relative name of at "

@@ -16,7 +16,7 @@
 typedef struct pm_bundle pm_bundle;
 
 typedef struct pm_file {
-    const char *name; /* normalised: relative, '/' between parts, no '.' or '..' parts */
+    const char *name; /* in normal form (path.h) */
     const uint8_t *data;
     size_t size;
 } pm_file;
@@ -47,15 +47,26 @@ PM_MUST_USE pm_status pm_bundle_read_tar(const void *data, size_t size, size_t l
 PM_MUST_USE pm_status pm_bundle_write_tar(const pm_bundle *bundle, pm_bytes *out,
                                           pm_error *err);
 
-/* Fills a bundle from the file system with `path` and every file its `!xform` lines name,
- * directly or indirectly. The main file's name in the bundle is its base name; the names of the
- * others are as the scene writes them, normalised, and must lie under the main file's folder,
- * links resolved. "-" reads standard input as a scene named `stdin.rad` of the current folder.
- * `*main_name` lives in the bundle.
- * Errors: PM_E_MISSING lists all files that are not there, PM_E_RANGE for one outside the
- * folder, PM_E_LIMIT beyond 1 GiB in all, PM_E_IO. What is wrong with the text is left to
+/* Where a scene's files may come from, beside the main file's folder. */
+typedef struct pm_collect_options {
+    const char *search_path; /* folders joined by ':', as RAYPATH; NULL: Radiance's default */
+    const char *const *allowed; /* more folders, whatever they hold may be sent */
+    size_t allowed_count;
+} pm_collect_options;
+
+/* Fills a bundle from the file system with `path` and every file that it names, directly or
+ * indirectly (named_files.h). A name is looked up beside the file that names it, in the main
+ * file's folder, in the current folder, then in the search path. The main file's name in the
+ * bundle is its base name; "-" reads standard input as a scene named `stdin.rad` of the current
+ * folder. `*main_name` lives in the bundle; `options` may be NULL.
+ *
+ * A scene may be hostile, and the bundle travels: taken are only files that lie, links
+ * resolved, in the main file's folder, in the search path or in an allowed folder.
+ *
+ * Errors: PM_E_MISSING lists all files that are not there and all that must not be taken;
+ * PM_E_LIMIT beyond 1 GiB in all, PM_E_IO. What is wrong with the text is left to
  * pm_scene_parse. Used by the client alone. Test: test_collect.c. */
-PM_MUST_USE pm_status pm_bundle_collect(const char *path, pm_bundle **out,
-                                        const char **main_name, pm_error *err);
+PM_MUST_USE pm_status pm_bundle_collect(const char *path, const pm_collect_options *options,
+                                        pm_bundle **out, const char **main_name, pm_error *err);
 
 #endif

@@ -7,25 +7,36 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "base/arena.h"
+#include "language/language.h"
 #include "scene/bundle.h"
+#include "scene/named_files.h"
 #include "scene/path.h"
-#include "scene/statement.h"
-#include "scene/xform.h"
 
 /* All files of a scene together. */
 static const size_t limit_bytes = (size_t)1 << 30;
 
+/* A file that was found, and what its name was asked for (named_files.h). */
+struct found {
+    pm_file file;
+    char role;
+};
+
+/* Names for one message. */
+struct list {
+    char text[240];
+    size_t count;
+};
+
 struct collector {
     pm_bundle *bundle;
     pm_error *err;
-    pm_file
-        *queue; /* every file once, in the order of their finding; borrowed from the bundle */
+    struct found *queue; /* every file once, in the order of their finding */
     size_t queue_length, queue_capacity;
-    char *folder; /* of the main file, resolved, without a '/' at its end */
+    char **folders; /* whose files may be taken, resolved; the main file's first */
+    char **search;  /* folders to look in, resolved */
+    size_t folder_count, search_count;
     size_t bytes; /* collected so far */
-    char missing[512];
-    size_t missing_count;
+    struct list missing, outside;
 };
 
 static pm_status memory_error(struct collector *c)
@@ -77,34 +88,35 @@ static pm_status read_all(struct collector *c, int fd, const char *path, pm_byte
     return st;
 }
 
-static pm_status enqueue(struct collector *c, const pm_file *file)
+static pm_status enqueue(struct collector *c, const pm_file *file, char role)
 {
     if (c->queue_length == c->queue_capacity) {
         size_t capacity = c->queue_capacity ? 2 * c->queue_capacity : 8;
-        pm_file *queue = realloc(c->queue, capacity * sizeof *queue);
+        struct found *queue = realloc(c->queue, capacity * sizeof *queue);
         if (!queue)
             return memory_error(c);
         c->queue = queue;
         c->queue_capacity = capacity;
     }
-    c->queue[c->queue_length++] = *file;
+    c->queue[c->queue_length++] = (struct found){*file, role};
     return PM_OK;
 }
 
 /* Reads the open file into the bundle. Takes the descriptor, unless it is standard input. */
-static pm_status add_open_file(struct collector *c, int fd, const char *path, const char *name)
+static pm_status add_open_file(struct collector *c, int fd, const char *path, const char *name,
+                               char role)
 {
     struct stat info;
     pm_bytes data = {0};
     pm_status st = fstat(fd, &info) ? io_error(c, path) : PM_OK;
     if (!st && S_ISDIR(info.st_mode))
-        st = pm_error_set(c->err, PM_E_IO, "'%.300s' is a folder; name a scene file", path);
+        st = pm_error_set(c->err, PM_E_IO, "'%.300s' is a folder; name a file", path);
     if (!st)
         st = read_all(c, fd, path, &data);
     if (!st)
         st = pm_bundle_add(c->bundle, name, data.data, data.size, c->err);
     if (!st)
-        st = enqueue(c, pm_bundle_find(c->bundle, name, NULL));
+        st = enqueue(c, pm_bundle_find(c->bundle, name, NULL), role);
     c->bytes += data.size;
     pm_bytes_clear(&data);
     if (fd != STDIN_FILENO)
@@ -112,166 +124,232 @@ static pm_status add_open_file(struct collector *c, int fd, const char *path, co
     return st;
 }
 
-/* True if the path, links resolved, lies in the main file's folder. */
-static bool is_inside(const struct collector *c, const char *path)
+/* ---- where files are ---- */
+
+/* True if the path, links resolved, lies in a folder whose files may be taken. */
+static bool may_take(const struct collector *c, const char *path)
 {
-    size_t length = strlen(c->folder);
-    return strncmp(path, c->folder, length) == 0 && path[length] == '/';
+    for (size_t i = 0; i < c->folder_count; i++) {
+        size_t length = strlen(c->folders[i]);
+        if (strncmp(path, c->folders[i], length) == 0 && path[length] == '/')
+            return true;
+    }
+    return false;
 }
 
-/* Opens a file of the folder by its name in the bundle. -1 if it is not there. */
-static pm_status open_inside(struct collector *c, const char *name, const pm_word *word,
-                             const char *from, int *fd)
+/* A place where a name may lie: a path on the disk, and its name in the bundle. */
+struct place {
+    char path[PATH_MAX];
+    char name[PM_PATH_SIZE];
+};
+
+/* Place `index` of the name; false for places where it cannot be. *last is set behind the last.
+ */
+static bool place_of(const struct collector *c, const char *name, const char *from,
+                     size_t index, struct place *out, bool *last)
 {
-    char path[PATH_MAX], *resolved;
-    *fd = -1;
-    if ((size_t)snprintf(path, sizeof path, "%s/%s", c->folder, name) >= sizeof path)
+    const char *main_folder = c->folders[0];
+    *last = index >= 2 + c->search_count;
+    if (*last)
+        return false;
+    if (index < 2)
+        return pm_path_join(index == 0 ? from : NULL, name, out->name) &&
+               pm_path_in_folder(main_folder, out->name, out->path, sizeof out->path);
+    int length = snprintf(out->path, sizeof out->path, "%s/%s", c->search[index - 2], name);
+    return name[0] != '/' && (size_t)length < sizeof out->path &&
+           pm_path_join(NULL, name, out->name);
+}
+
+static void note(struct list *list, const pm_word *word, const char *from)
+{
+    char text[300], place[200] = "";
+    if (word->line)
+        snprintf(place, sizeof place, ":%d:%d", word->line, word->column);
+    snprintf(text, sizeof text, "%s'%.*s' (%.150s%s)", list->count ? ", " : "",
+             PM_WORD_SHOW(*word), from, place);
+    if (strlen(list->text) + strlen(text) < sizeof list->text - sizeof ", ...")
+        strcat(list->text, text);
+    else if (!strstr(list->text, ", ..."))
+        strcat(list->text, ", ...");
+    list->count++;
+}
+
+/* Takes the file at a place that is there. */
+static pm_status take(struct collector *c, const struct place *place, const char *resolved,
+                      const pm_file *from, const pm_word *word, char role)
+{
+    if (pm_bundle_find(c->bundle, place->name, NULL))
         return PM_OK;
-    resolved = realpath(path, NULL);
-    if (!resolved)
-        return errno == ENOMEM ? memory_error(c) : PM_OK;
-    pm_status st = PM_OK;
-    if (!is_inside(c, resolved))
-        st = pm_word_error(word, PM_E_RANGE, from, c->err,
-                           "'%.*s' is a link out of the scene's folder; copy the file into the "
-                           "folder of the main file",
-                           PM_WORD_SHOW(*word));
-    else if ((*fd = open(resolved, O_RDONLY | O_CLOEXEC)) < 0)
-        st = io_error(c, path);
-    free(resolved);
-    return st;
-}
-
-static void note_missing(struct collector *c, const pm_word *word, const char *from)
-{
-    char text[400];
-    snprintf(text, sizeof text, "%s'%.*s' (%s:%d:%d)", c->missing_count ? ", " : "",
-             PM_WORD_SHOW(*word), from, word->line, word->column);
-    if (strlen(c->missing) + strlen(text) < sizeof c->missing)
-        strcat(c->missing, text);
-    else if (c->missing_count && !strstr(c->missing, ", ..."))
-        strncat(c->missing, ", ...", sizeof c->missing - 1 - strlen(c->missing));
-    c->missing_count++;
+    if (!may_take(c, resolved)) {
+        note(&c->outside, word, from->name);
+        return PM_OK;
+    }
+    int fd = open(resolved, O_RDONLY | O_CLOEXEC);
+    return fd < 0 ? io_error(c, place->path)
+                  : add_open_file(c, fd, place->path, place->name, role);
 }
 
 /* The file goes into the bundle under the name by which the parser will look for it first. */
-static pm_status add_named(struct collector *c, const pm_word *word, const char *from)
+static pm_status add_named(void *context, const pm_file *from, const pm_word *word, char role)
 {
-    char beside[PM_PATH_SIZE], top[PM_PATH_SIZE];
-    bool has_beside = pm_path_join(from, word->text, beside);
-    bool has_top = pm_path_join(NULL, word->text, top);
-    if (!has_beside && !has_top)
-        return pm_word_error(
-            word, PM_E_RANGE, from, c->err,
-            "'%.*s' lies outside the scene's folder; move it beneath the folder "
-            "of the main file and write its name relative to that",
-            PM_WORD_SHOW(*word));
-    int fd = -1;
-    pm_status st = has_beside ? open_inside(c, beside, word, from, &fd) : PM_OK;
-    const char *name = beside;
-    if (!st && fd < 0 && has_top) {
-        name = top;
-        st = open_inside(c, top, word, from, &fd);
-    }
-    if (!st && fd < 0)
-        note_missing(c, word, from);
-    if (st || fd < 0)
+    struct collector *c = context;
+    struct place place;
+    bool last = false;
+    size_t size;
+    for (size_t i = 0; !last; i++) {
+        if (!place_of(c, word->text, from->name, i, &place, &last))
+            continue;
+        char *resolved = realpath(place.path, NULL);
+        if (!resolved && errno == ENOMEM)
+            return memory_error(c);
+        if (!resolved)
+            continue;
+        pm_status st = take(c, &place, resolved, from, word, role);
+        free(resolved);
         return st;
-    const pm_file *known = pm_bundle_find(c->bundle, name, NULL);
-    if (!known)
-        return add_open_file(c, fd, name, name);
-    close(fd);
+    }
+    if (role != 'c' || !pm_language_standard(word->text, &size))
+        note(&c->missing, word, from->name);
     return PM_OK;
 }
 
-static pm_status add_command(struct collector *c, pm_lexer *lexer, pm_arena *arena)
-{
-    pm_command command;
-    pm_xform xform;
-    pm_status st = pm_command_read(lexer, arena, &command, NULL);
-    if (!st)
-        st = pm_xform_parse(&command, arena, &xform, NULL);
-    if (st)
-        return st == PM_E_MEMORY ? memory_error(c) : PM_OK; /* the parser tells the rest */
-    for (size_t i = 0; !st && i < xform.file_count; i++)
-        st = add_named(c, &xform.files[i], lexer->file);
-    return st;
-}
-
-/* Adds what the file names. What is wrong with its text is for the parser to tell. */
-static pm_status add_children(struct collector *c, const pm_file *file)
-{
-    pm_lexer lexer;
-    pm_statement statement;
-    pm_arena arena = {0};
-    size_t reals;
-    pm_status st = pm_lexer_init(&lexer, file, c->err);
-    while (!st && !pm_statement_next(&lexer, &statement, NULL) &&
-           statement.kind != PM_STATEMENT_END) {
-        if (statement.kind == PM_STATEMENT_COMMAND)
-            st = add_command(c, &lexer, &arena);
-        else if (statement.kind == PM_STATEMENT_PRIMITIVE &&
-                 !pm_statement_skip_arguments(&lexer, &reals))
-            break;
-    }
-    pm_arena_clear(&arena);
-    return st;
-}
-
-static pm_status add_all_children(struct collector *c)
+static pm_status add_all_named(struct collector *c)
 {
     pm_status st = PM_OK;
     for (size_t i = 0; !st && i < c->queue_length; i++) {
-        const pm_file file = c->queue[i]; /* the queue moves as it grows */
-        st = add_children(c, &file);
+        const struct found found = c->queue[i]; /* the queue moves as it grows */
+        st = pm_named_files_visit(&found.file, found.role, add_named, c);
+        if (st == PM_E_MEMORY)
+            return memory_error(c);
     }
     return st;
 }
 
-static pm_status find_folder(struct collector *c, const char *path)
+/* ---- folders ---- */
+
+/* `shown` in a message, if the folder is not there. */
+static pm_status add_folder(struct collector *c, const char *path, const char *shown,
+                            char ***list, size_t *count)
+{
+    char *resolved = realpath(path, NULL);
+    if (!resolved)
+        return io_error(c, shown);
+    if (strcmp(resolved, "/") == 0)
+        resolved[0] = '\0';
+    char **more = realloc(*list, (*count + 1) * sizeof *more);
+    if (!more) {
+        free(resolved);
+        return memory_error(c);
+    }
+    *list = more;
+    more[(*count)++] = resolved;
+    return PM_OK;
+}
+
+static pm_status add_main_folder(struct collector *c, const char *path)
 {
     const char *slash = strrchr(path, '/');
     char *folder =
         slash ? strndup(path, slash == path ? 1 : (size_t)(slash - path)) : strdup(".");
-    c->folder = folder ? realpath(folder, NULL) : NULL;
+    pm_status st =
+        folder ? add_folder(c, folder, path, &c->folders, &c->folder_count) : memory_error(c);
     free(folder);
-    if (!folder)
-        return memory_error(c);
-    if (!c->folder)
-        return io_error(c, path);
-    if (strcmp(c->folder, "/") == 0)
-        c->folder[0] = '\0';
-    return PM_OK;
-}
-
-static pm_status collect(struct collector *c, const char *path, const char *name)
-{
-    bool standard_input = strcmp(path, "-") == 0;
-    pm_status st = find_folder(c, standard_input ? "./" : path);
-    if (st)
-        return st;
-    int fd = standard_input ? STDIN_FILENO : open(path, O_RDONLY | O_CLOEXEC);
-    st = fd < 0 ? io_error(c, path) : add_open_file(c, fd, path, name);
-    if (!st)
-        st = add_all_children(c);
-    if (!st && c->missing_count)
-        st = pm_error_set(
-            c->err, PM_E_MISSING,
-            "%zu file%s of the scene not found beside the file that names %s nor in "
-            "the main file's folder: %s",
-            c->missing_count, c->missing_count > 1 ? "s" : "",
-            c->missing_count > 1 ? "them" : "it", c->missing);
     return st;
 }
 
-pm_status pm_bundle_collect(const char *path, pm_bundle **out, const char **main_name,
-                            pm_error *err)
+/* Folders of the search path that are not there are passed over, as in Radiance. */
+static pm_status add_search_path(struct collector *c, const char *path)
+{
+    char *copy = strdup(path), *rest = copy;
+    pm_status st = copy ? PM_OK : memory_error(c);
+    for (char *folder; !st && (folder = strsep(&rest, ":"));) {
+        if (!*folder || access(folder, X_OK))
+            continue;
+        st = add_folder(c, folder, folder, &c->search, &c->search_count);
+        if (!st)
+            st = add_folder(c, folder, folder, &c->folders, &c->folder_count);
+    }
+    free(copy);
+    return st;
+}
+
+static pm_status add_folders(struct collector *c, const char *path,
+                             const pm_collect_options *options)
+{
+    static const char radiance[] = "/usr/local/lib/ray:/usr/share/radiance/lib";
+    pm_status st = add_main_folder(c, path);
+    if (!st)
+        st = add_folder(c, ".", ".", &c->search, &c->search_count);
+    if (!st)
+        st = add_search_path(c,
+                             options && options->search_path ? options->search_path : radiance);
+    for (size_t i = 0; !st && options && i < options->allowed_count; i++)
+        st = add_folder(c, options->allowed[i], options->allowed[i], &c->folders,
+                        &c->folder_count);
+    return st;
+}
+
+static void free_folders(char **list, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        free(list[i]);
+    free(list);
+}
+
+/* ---- the scene ---- */
+
+static const char *plural(size_t count)
+{
+    return count > 1 ? "s" : "";
+}
+
+static pm_status tell_absent(struct collector *c)
+{
+    const struct list *missing = &c->missing, *outside = &c->outside;
+    char text[1000] = "";
+    size_t used = 0;
+    if (missing->count)
+        used = (size_t)snprintf(
+            text, sizeof text,
+            "%zu file%s of the scene not found beside the file that names %s, in the main "
+            "file's folder, in the current one nor in RAYPATH: %s",
+            missing->count, plural(missing->count), missing->count > 1 ? "them" : "it",
+            missing->text);
+    if (outside->count)
+        snprintf(text + used, sizeof text - used,
+                 "%s%zu file%s outside the scene's folder and RAYPATH, not sent; add --allow "
+                 "with %s folder to send %s: %s",
+                 used ? "; " : "", outside->count, plural(outside->count),
+                 outside->count > 1 ? "their" : "its", outside->count > 1 ? "them" : "it",
+                 outside->text);
+    if (!text[0])
+        return PM_OK;
+    return pm_error_set(c->err, PM_E_MISSING, "%s", text);
+}
+
+static pm_status collect(struct collector *c, const char *path, const char *name,
+                         const pm_collect_options *options)
+{
+    bool standard_input = strcmp(path, "-") == 0;
+    pm_status st = add_folders(c, standard_input ? "./" : path, options);
+    if (st)
+        return st;
+    int fd = standard_input ? STDIN_FILENO : open(path, O_RDONLY | O_CLOEXEC);
+    st = fd < 0 ? io_error(c, path) : add_open_file(c, fd, path, name, 'r');
+    if (!st)
+        st = add_all_named(c);
+    return st ? st : tell_absent(c);
+}
+
+pm_status pm_bundle_collect(const char *path, const pm_collect_options *options,
+                            pm_bundle **out, const char **main_name, pm_error *err)
 {
     struct collector c = {.bundle = pm_bundle_new(), .err = err};
     const char *slash = strrchr(path, '/');
     const char *name = strcmp(path, "-") == 0 ? "stdin.rad" : slash ? slash + 1 : path;
-    pm_status st = c.bundle ? collect(&c, path, name) : memory_error(&c);
-    free(c.folder);
+    pm_status st = c.bundle ? collect(&c, path, name, options) : memory_error(&c);
+    free_folders(c.folders, c.folder_count);
+    free_folders(c.search, c.search_count);
     free(c.queue);
     if (st) {
         pm_bundle_free(c.bundle);

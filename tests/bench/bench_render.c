@@ -50,7 +50,7 @@ static pm_bundle *load(pm_view *view)
     pm_error err = PM_ERROR_INIT;
     pm_bundle *bundle = NULL;
     const char *main_name;
-    bench_check(pm_bundle_collect(PM_SOURCE_DIR "/scenes/peers_box/scene.rad", &bundle,
+    bench_check(pm_bundle_collect(PM_SOURCE_DIR "/scenes/peers_box/scene.rad", NULL, &bundle,
                                   &main_name, &err),
                 &err);
     static const char text[] = "-vp 0 1 -4 -vd 0 0 1 -vu 0 1 0 -vh 40 -vv 40";

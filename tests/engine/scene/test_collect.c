@@ -42,7 +42,7 @@ static void assert_refused(const char *path, pm_status expected, const char *mes
     const char *name = NULL;
     pm_error err = PM_ERROR_INIT;
     char text[1200];
-    assert_int_equal(pm_bundle_collect(path, &bundle, &name, &err), expected);
+    assert_int_equal(pm_bundle_collect(path, NULL, &bundle, &name, &err), expected);
     assert_null(bundle);
     pm_error_format(&err, text, sizeof text);
     assert_string_equal(text, message);
@@ -58,7 +58,7 @@ static void every_file_named_is_collected_once(void **state)
     write_file("room/top.rad", "# top\n");
     pm_bundle *bundle = NULL;
     const char *name = NULL;
-    assert_int_equal(pm_bundle_collect("room/main.rad", &bundle, &name, NULL), PM_OK);
+    assert_int_equal(pm_bundle_collect("room/main.rad", NULL, &bundle, &name, NULL), PM_OK);
     assert_string_equal(name, "main.rad");
     static const char *const names[] = {"main.rad", "parts/desk.rad", "parts/leg.rad",
                                         "top.rad"};
@@ -76,34 +76,96 @@ static void all_missing_files_are_listed(void **state)
     write_file("room/parts/holes.rad", "\n  !xform c.rad");
     assert_refused(
         "room/holes.rad", PM_E_MISSING,
-        "3 files of the scene not found beside the file that names them nor in the main "
-        "file's folder: 'a.rad' (holes.rad:1:8), 'b.rad' (holes.rad:2:29), 'c.rad' "
-        "(parts/holes.rad:2:10)");
+        "3 files of the scene not found beside the file that names them, in the main file's "
+        "folder, in the current one nor in RAYPATH: 'a.rad' (holes.rad:1:8), 'b.rad' "
+        "(holes.rad:2:29), 'c.rad' (parts/holes.rad:2:10)");
     assert_refused("room/nothing.rad", PM_E_MISSING,
                    "cannot read 'room/nothing.rad': No such file or directory");
     assert_refused("nowhere/a.rad", PM_E_MISSING,
                    "cannot read 'nowhere/a.rad': No such file or directory");
-    assert_refused("room", PM_E_IO, "'room' is a folder; name a scene file");
+    assert_refused("room", PM_E_IO, "'room' is a folder; name a file");
 }
 
-static void nothing_outside_the_folder_is_read(void **state)
+#define NOT_SENT(name, place)                                                                  \
+    "1 file outside the scene's folder and RAYPATH, not sent; add --allow with its folder to " \
+    "send it: '" name "' (" place ")"
+
+static void nothing_outside_the_folder_is_taken(void **state)
 {
     (void)state;
     write_file("secret.rad", "# secret\n");
     write_file("room/climb.rad", "!xform ../secret.rad\n");
-    assert_refused("room/climb.rad", PM_E_RANGE,
-                   "climb.rad:1:8: '../secret.rad' lies outside the scene's folder; move it "
-                   "beneath the folder of the main file and write its name relative to that");
+    assert_refused("room/climb.rad", PM_E_MISSING, NOT_SENT("../secret.rad", "climb.rad:1:8"));
     write_file("room/absolute.rad", "!xform /etc/hostname\n");
-    assert_refused("room/absolute.rad", PM_E_RANGE,
-                   "absolute.rad:1:8: '/etc/hostname' lies outside the scene's folder; move it "
-                   "beneath the folder of the main file and write its name relative to that");
+    assert_refused("room/absolute.rad", PM_E_MISSING,
+                   NOT_SENT("/etc/hostname", "absolute.rad:1:8"));
     write_file("room/link.rad", "!xform parts/out.rad\n");
     assert_int_equal(symlink("../../secret.rad", "room/parts/out.rad"), 0);
-    assert_refused(
-        "room/link.rad", PM_E_RANGE,
-        "link.rad:1:8: 'parts/out.rad' is a link out of the scene's folder; copy the "
-        "file into the folder of the main file");
+    assert_refused("room/link.rad", PM_E_MISSING, NOT_SENT("parts/out.rad", "link.rad:1:8"));
+    write_file("room/data.rad", "void brightdata d 4 f ../secret.rad . x 0 0\n"
+                                "!xform nowhere.rad\n");
+    assert_refused("room/data.rad", PM_E_MISSING,
+                   "1 file of the scene not found beside the file that names it, in the main "
+                   "file's folder, in the current one nor in RAYPATH: 'nowhere.rad' "
+                   "(data.rad:2:8); " NOT_SENT("../secret.rad", "data.rad:1:23"));
+}
+
+static void an_allowed_folder_is_taken_from(void **state)
+{
+    (void)state;
+    mkdir("lib", 0700);
+    write_file("room/allowed.rad", "!xform ../lib/chair.rad\n");
+    write_file("lib/chair.rad", "!xform leg.rad\n!xform ../room/top.rad\n");
+    write_file("lib/leg.rad", "# leg\n");
+    write_file("room/top.rad", "# top\n");
+    const char *const folders[] = {"lib"};
+    const pm_collect_options options = {.allowed = folders, .allowed_count = 1};
+    pm_bundle *bundle = NULL, *copy = NULL;
+    const char *name = NULL;
+    pm_bytes tar = {0};
+    assert_int_equal(pm_bundle_collect("room/allowed.rad", &options, &bundle, &name, NULL),
+                     PM_OK);
+    assert_int_equal(pm_bundle_write_tar(bundle, &tar, NULL), PM_OK);
+    assert_int_equal(pm_bundle_read_tar(tar.data, tar.size, 1 << 20, &copy, NULL), PM_OK);
+    assert_int_equal(pm_bundle_count(copy), 4);
+    const pm_file *chair = pm_bundle_find(copy, "../lib/chair.rad", "allowed.rad");
+    assert_non_null(chair);
+    assert_non_null(pm_bundle_find(copy, "leg.rad", chair->name));
+    assert_non_null(pm_bundle_find(copy, "../room/top.rad", chair->name));
+    pm_bytes_clear(&tar);
+    pm_bundle_free(bundle);
+    pm_bundle_free(copy);
+}
+
+static void every_kind_of_file_is_collected(void **state)
+{
+    (void)state;
+    mkdir("shared", 0700);
+    write_file("room/kinds.rad",
+               "void colorpict p 7 red green blue p.hdr own.cal u v 0 0\n"
+               "void brighttext t 2 a.fnt words.txt 0 11 0 0 0 1 0 0 0 1 0 1 0\n"
+               "void brighttext w 3 a.fnt . words.txt 0 11 0 0 0 1 0 0 0 1 0 1 0\n"
+               "void BSDF b 6 0 b.xml 0 0 1 . 0 0\n"
+               "void texfunc f 6 x y z own.cal -s 2 0 0\n"
+               "void mesh m 1 m.obj 0 0\n");
+    static const char *const names[] = {"a.fnt",   "b.xml", "kinds.rad", "m.obj",
+                                        "own.cal", "p.hdr", "words.txt"};
+    write_file("shared/own.cal", "x=1;\n");
+    for (size_t i = 0; i < 7; i++) {
+        char path[64];
+        snprintf(path, sizeof path, "room/%s", names[i]);
+        if (i != 2 && i != 4)
+            write_file(path, "# any\n");
+    }
+    const pm_collect_options options = {.search_path = "nowhere:shared"};
+    pm_bundle *bundle = NULL;
+    const char *name = NULL;
+    assert_int_equal(pm_bundle_collect("room/kinds.rad", &options, &bundle, &name, NULL),
+                     PM_OK);
+    assert_int_equal(pm_bundle_count(bundle), 7);
+    for (size_t i = 0; i < 7; i++)
+        assert_string_equal(pm_bundle_at(bundle, i)->name, names[i]);
+    pm_bundle_free(bundle);
 }
 
 static void a_link_within_the_folder_is_followed(void **state)
@@ -114,7 +176,7 @@ static void a_link_within_the_folder_is_followed(void **state)
     assert_int_equal(symlink("../target.rad", "room/parts/in.rad"), 0);
     pm_bundle *bundle = NULL;
     const char *name = NULL;
-    assert_int_equal(pm_bundle_collect("room/inner.rad", &bundle, &name, NULL), PM_OK);
+    assert_int_equal(pm_bundle_collect("room/inner.rad", NULL, &bundle, &name, NULL), PM_OK);
     assert_memory_equal(pm_bundle_find(bundle, "parts/in.rad", NULL)->data, "# target\n", 9);
     pm_bundle_free(bundle);
 }
@@ -129,7 +191,7 @@ static void wrong_text_is_left_to_the_parser(void **state)
     pm_bundle *bundle = NULL;
     const char *name = NULL;
     pm_scene *scene = NULL;
-    assert_int_equal(pm_bundle_collect("room/wrong.rad", &bundle, &name, NULL), PM_OK);
+    assert_int_equal(pm_bundle_collect("room/wrong.rad", NULL, &bundle, &name, NULL), PM_OK);
     assert_int_equal(pm_bundle_count(bundle), 2);
     assert_int_equal(pm_scene_parse(bundle, name, NULL, &scene, NULL), PM_E_UNSUPPORTED);
     pm_bundle_free(bundle);
@@ -144,7 +206,7 @@ static void a_dash_reads_standard_input(void **state)
     assert_int_equal(dup2(fd, STDIN_FILENO), STDIN_FILENO);
     pm_bundle *bundle = NULL;
     const char *name = NULL;
-    pm_status st = pm_bundle_collect("-", &bundle, &name, NULL);
+    pm_status st = pm_bundle_collect("-", NULL, &bundle, &name, NULL);
     dup2(saved, STDIN_FILENO);
     close(saved);
     close(fd);
@@ -159,7 +221,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_file_named_is_collected_once),
         cmocka_unit_test(all_missing_files_are_listed),
-        cmocka_unit_test(nothing_outside_the_folder_is_read),
+        cmocka_unit_test(nothing_outside_the_folder_is_taken),
+        cmocka_unit_test(an_allowed_folder_is_taken_from),
+        cmocka_unit_test(every_kind_of_file_is_collected),
         cmocka_unit_test(a_link_within_the_folder_is_followed),
         cmocka_unit_test(wrong_text_is_left_to_the_parser),
         cmocka_unit_test(a_dash_reads_standard_input),

@@ -95,8 +95,8 @@ static pm_status collect(const pm_bundle *bundle, const pm_bytes *tar, pm_error 
     (void)bundle, (void)tar;
     pm_bundle *out = NULL;
     const char *name;
-    pm_status st =
-        pm_bundle_collect(PM_SOURCE_DIR "/tests/bad/xform_circle/input.rad", &out, &name, err);
+    pm_status st = pm_bundle_collect(PM_SOURCE_DIR "/tests/bad/xform_circle/input.rad", NULL,
+                                     &out, &name, err);
     pm_bundle_free(out);
     return st;
 }

@@ -32,7 +32,8 @@ static void each_real_argument_has_a_name(void **state)
             most = type->counts >> n & 1 ? n : most;
         for (const char *at = type->real_names; *at; at++)
             names += *at == ' ';
-        assert_in_range(names, type->least > 1 ? 2 : most, most > type->least ? most : type->least);
+        assert_in_range(names, type->least > 1 ? 2 : most,
+                        most > type->least ? most : type->least);
     }
     char last[8];
     pm_type_real_name(PM_PLASFUNC, 5, last, sizeof last);
