@@ -42,17 +42,19 @@ pm_rgb pm_rgb_of_xyz(double x, double y, double z)
                     0.07472437729685585 * x - 0.2519395671702736 * y + 1.177215189873418 * z};
 }
 
-/* Integrals of the three functions from PM_NM_MIN to `nm`; linear between the entries. */
-static void integrate_to(double nm, double out[3])
+/* Adds the integrals of the three functions over [nm0, nm1], rising; linear between entries. */
+static void integrate(double nm0, double nm1, double sum[3])
 {
-    double at = (nm - PM_NM_MIN) / STEP;
-    for (int k = 0; k < 3; k++)
-        out[k] = 0;
-    for (int i = 0; i + 1 < ENTRIES && at > i; i++) {
-        double t = at - i < 1 ? at - i : 1;
-        for (int k = 0; k < 3; k++)
-            out[k] +=
-                STEP * t * (observer[i][k] + t / 2 * (observer[i + 1][k] - observer[i][k]));
+    double from = fmax((nm0 - PM_NM_MIN) / STEP, 0);
+    double to = fmin((nm1 - PM_NM_MIN) / STEP, ENTRIES - 1);
+    if (!(from < to))
+        return;
+    for (int i = (int)from; i < to; i++) {
+        double t0 = from > i ? from - i : 0, t1 = to - i < 1 ? to - i : 1;
+        for (int k = 0; k < 3; k++) {
+            double slope = observer[i + 1][k] - observer[i][k];
+            sum[k] += STEP * (t1 - t0) * (observer[i][k] + (t0 + t1) / 2 * slope);
+        }
     }
 }
 
@@ -73,16 +75,15 @@ static pm_rgb into_gamut(pm_rgb c, double luminance)
 
 pm_rgb pm_rgb_of_spectrum(const double *samples, size_t count, double nm0, double nm1)
 {
-    double whole[3], last[3], xyz[3] = {0, 0, 0};
-    integrate_to(PM_NM_MAX, whole);
-    integrate_to(nm0, last);
+    double whole[3] = {0, 0, 0}, xyz[3] = {0, 0, 0};
+    integrate(PM_NM_MIN, PM_NM_MAX, whole);
     for (size_t i = 0; i < count; i++) {
-        double next[3];
-        integrate_to(nm0 + (nm1 - nm0) * (double)(i + 1) / (double)count, next);
-        for (int k = 0; k < 3; k++) {
-            xyz[k] += samples[i] * fabs(next[k] - last[k]) / whole[k];
-            last[k] = next[k];
-        }
+        double start = nm0 + (nm1 - nm0) * (double)i / (double)count;
+        double end = nm0 + (nm1 - nm0) * (double)(i + 1) / (double)count;
+        double part[3] = {0, 0, 0};
+        integrate(fmin(start, end), fmax(start, end), part);
+        for (int k = 0; k < 3; k++)
+            xyz[k] += samples[i] * part[k] / whole[k];
     }
     return into_gamut(pm_rgb_of_xyz(xyz[0], xyz[1], xyz[2]), xyz[1]);
 }

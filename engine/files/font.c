@@ -139,7 +139,6 @@ struct line {
 };
 
 struct pm_text {
-    pm_arena arena; /* everything, this struct included */
     const pm_font *font;
     double grid; /* units of `right` in the grid of glyphs */
     size_t line_count;
@@ -222,12 +221,13 @@ static int set_proportional(const pm_font *font, const struct line *line, int ga
     return width;
 }
 
-static pm_status set_line(pm_text *text, struct line *line, int gap, pm_error *err)
+static pm_status set_line(const pm_text *text, struct line *line, int gap, pm_arena *arena,
+                          pm_error *err)
 {
     if (line->length > LINE_LENGTH_MAX)
         return pm_error_set(err, PM_E_LIMIT, "a line of text has %d characters; %d are allowed",
                             line->length, LINE_LENGTH_MAX);
-    int *step = pm_arena_array(&text->arena, (size_t)line->length + 1, sizeof *step);
+    int *step = pm_arena_array(arena, (size_t)line->length + 1, sizeof *step);
     if (!step)
         return pm_error_set(err, PM_E_MEMORY, "not enough memory for a text");
     line->step = step;
@@ -238,13 +238,13 @@ static pm_status set_line(pm_text *text, struct line *line, int gap, pm_error *e
 }
 
 /* Empty lines take memory too, so few bytes of each. */
-static pm_status cut_lines(pm_text *text, const char *bytes, size_t size)
+static pm_status cut_lines(pm_text *text, const char *bytes, size_t size, pm_arena *arena)
 {
     size_t count = size && bytes[size - 1] != '\n';
     for (size_t i = 0; i < size; i++)
         count += bytes[i] == '\n';
-    text->lines = pm_arena_array(&text->arena, count + 1, sizeof *text->lines);
-    char *copy = pm_arena_text(&text->arena, bytes, size);
+    text->lines = pm_arena_array(arena, count + 1, sizeof *text->lines);
+    char *copy = pm_arena_text(arena, bytes, size);
     if (!text->lines || !copy)
         return PM_E_MEMORY;
     for (const char *at = copy; text->line_count < count; text->line_count++) {
@@ -259,45 +259,32 @@ static pm_status cut_lines(pm_text *text, const char *bytes, size_t size)
 }
 
 static pm_status set_text(pm_text *text, const char *bytes, size_t size, double spacing,
-                          pm_error *err)
+                          pm_arena *arena, pm_error *err)
 {
-    if (cut_lines(text, bytes, size))
+    if (cut_lines(text, bytes, size, arena))
         return pm_error_set(err, PM_E_MEMORY, "not enough memory for a text");
     pm_status st = PM_OK;
     for (size_t i = 0; i < text->line_count && !st; i++)
-        st = set_line(text, &text->lines[i], (int)(spacing * GRID), err);
+        st = set_line(text, &text->lines[i], (int)(spacing * GRID), arena, err);
     return st;
 }
 
 pm_status pm_text_new(const pm_font *font, const char *bytes, size_t size,
-                      const double *spacing, pm_text **out, pm_error *err)
+                      const double *spacing, pm_arena *arena, const pm_text **out,
+                      pm_error *err)
 {
     if (spacing && !(fabs(*spacing) <= SPACING_MAX))
         return pm_error_set(err, PM_E_RANGE, "spacing %.9g is not from -%d to %d", *spacing,
                             SPACING_MAX, SPACING_MAX);
-    pm_arena arena = {0};
-    pm_text *text = pm_arena_alloc(&arena, sizeof *text);
-    if (!text) {
-        pm_arena_clear(&arena);
+    pm_text *text = pm_arena_alloc(arena, sizeof *text);
+    if (!text)
         return pm_error_set(err, PM_E_MEMORY, "not enough memory for a text");
-    }
-    text->arena = arena;
     text->font = font;
     text->grid = spacing ? font->mean_width + GRID * fabs(*spacing) : GRID;
-    pm_status st = set_text(text, bytes, size, spacing ? *spacing : 0, err);
-    if (st)
-        pm_text_free(text);
-    else
+    pm_status st = set_text(text, bytes, size, spacing ? *spacing : 0, arena, err);
+    if (!st)
         *out = text;
     return st;
-}
-
-void pm_text_free(pm_text *text)
-{
-    if (!text)
-        return;
-    pm_arena arena = text->arena;
-    pm_arena_clear(&arena);
 }
 
 /* ---- queries ---- */

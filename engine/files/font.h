@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "base/arena.h"
 #include "base/error.h"
 
 /* Radiance fonts (.fnt): glyphs as polygons on a grid of 256 x 256, and text set in them.
@@ -20,7 +21,8 @@ PM_MUST_USE pm_status pm_font_read(const void *bytes, size_t size, const char *n
                                    pm_font **out, pm_error *err);
 void pm_font_free(pm_font *font);
 
-/* Lines of text in a font, as colortext, brighttext and mixtext set them. Borrows the font. */
+/* Lines of text in a font, as colortext, brighttext and mixtext set them. Borrows the font;
+ * lives in an arena. */
 typedef struct pm_text pm_text;
 
 /* Sets `text`, whose lines end in '\n' (the last may lack it).
@@ -28,8 +30,8 @@ typedef struct pm_text pm_text;
  *            squeezed. NULL if the scene does not give it, which is uniform with other widths
  * Source: uniftext, squeeztext, proptext in Radiance's font.c. Tests: test_font.c. */
 PM_MUST_USE pm_status pm_text_new(const pm_font *font, const char *text, size_t size,
-                                  const double *spacing, pm_text **out, pm_error *err);
-void pm_text_free(pm_text *text);
+                                  const double *spacing, pm_arena *arena, const pm_text **out,
+                                  pm_error *err);
 
 /* Whether the point `right` character widths to the right of and `down` line heights below the
  * text's upper left corner is ink. Source: intext and inglyph in Radiance's text.c. */

@@ -152,7 +152,16 @@ static pm_status note_dimensions(pm_reading *r, int32_t asset, const pm_word *wo
             "'%.*s' has %u dimensions, the data file before it %u; they must "
             "have as many",
             PM_WORD_SHOW(*word), dimensions, r->dimensions);
-    r->dimensions = dimensions;
+    if (r->result.type == PM_SPECFILE && dimensions != 1)
+        return PM_READING_FAIL(r, word, PM_E_RANGE,
+                               "'%.*s' has %u dimensions; a spectrum has one, the wavelength",
+                               PM_WORD_SHOW(*word), dimensions);
+    if (r->result.type == PM_SPECDATA && dimensions < 2)
+        return PM_READING_FAIL(r, word, PM_E_RANGE,
+                               "'%.*s' has 1 dimension; specdata takes 2 or more, of which the "
+                               "last is the wavelength",
+                               PM_WORD_SHOW(*word));
+    r->dimensions = dimensions - (r->result.type == PM_SPECDATA);
     return PM_OK;
 }
 
@@ -478,9 +487,23 @@ static pm_status compile_group(pm_reading *r, char group, unsigned arguments, pm
                                r->parser->err);
 }
 
+static void find_lone_functions(pm_reading *r)
+{
+    if (r->result.type != PM_COLORDATA && r->result.type != PM_COLORPICT)
+        return;
+    const pm_language *language = pm_assets_language(r->parser->assets);
+    for (unsigned i = 0; i < 3; i++) {
+        unsigned parameters = 0;
+        pm_language_meaning(language, r->context, r->result.strings[i], &parameters);
+        if (parameters < 3)
+            r->result.lone_functions |= (uint8_t)(1U << i);
+    }
+}
+
 static pm_status compile_functions(pm_reading *r)
 {
     enum { DIRECTION = 3 };
+    find_lone_functions(r);
     pm_status st = compile_group(r, 'e', 0, &r->result.expressions);
     if (!st)
         st = compile_group(r, 'f', r->rules->arguments, &r->result.functions);

@@ -110,6 +110,9 @@ typedef struct pm_primitive {
     pm_function expressions; /* without arguments: orientations, coordinates of data, ... */
     pm_function functions;   /* of data, or of a direction: see pm_type.arguments */
     pm_function coordinates; /* of a direction: plasdata's and its like's */
+    /* Bit i: the i-th of `functions` of a colordata or colorpict has fewer than three parameters
+     * and gets its own value alone (Radiance's src/rt/p_data.c). */
+    uint8_t lone_functions;
     /* From the primitive's own coordinates to the scene's: the transform that its string
      * arguments end in, then the `xform` lines. NULL for the identity and for types whose reals
      * say where they are. */

@@ -135,11 +135,11 @@ static const pm_type types[PM_PRIMITIVE_TYPES] = {
          "at least 2 reals: the shortest and the longest wavelength [nm], then those of the "
          "function",
          "nmA nmB"),
-    TYPE(PM_SPECDATA, "specdata", "fdc+", 1,
-         "3 string arguments, one for each dimension of the data, and a transform: func "
-         "datafile funcfile x1 x2 ...",
+    TYPE(PM_SPECDATA, "specdata", "fdc+", 2,
+         "3 string arguments, one for each dimension of the data but the last, and a transform: "
+         "func datafile funcfile x1 x2 ...",
          ONE(0), 1, ANY, ""),
-    TYPE(PM_SPECPICT, "specpict", "fpcee", 3,
+    TYPE(PM_SPECPICT, "specpict", "fpcee", 2,
          "5 string arguments and a transform: func pictfile funcfile u v", ONE(0), 1, ANY, ""),
     TYPE(PM_MIXFUNC, "mixfunc", "mmec", 0,
          "4 string arguments and a transform: foreground background vname funcfile", ONE(0), 1,

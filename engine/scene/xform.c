@@ -31,6 +31,20 @@ pm_transform pm_transform_then(const pm_transform *a, const pm_transform *b)
     return ab;
 }
 
+/* `turn` over its scale is orthonormal, so its transpose over the square of it undoes it. */
+pm_transform pm_transform_inverse(const pm_transform *t)
+{
+    double square = t->scale * t->scale;
+    pm_transform inverse = {.scale = 1 / t->scale, .mirrored = t->mirrored};
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            inverse.turn[i][j] = t->turn[j][i] / square;
+    turn_vector(&inverse, t->shift, inverse.shift);
+    for (int j = 0; j < 3; j++)
+        inverse.shift[j] = -inverse.shift[j];
+    return inverse;
+}
+
 /* `count` times, by squaring: few roundings, and quick for any count. */
 static pm_transform repeated(const pm_transform *transform, uint64_t count)
 {

@@ -213,12 +213,14 @@ static pm_status compile_references(const struct compiler *c, const pm_primitive
 
 /* ---- chains ---- */
 
-static bool copy_modifier(pm_arena *arena, const pm_primitive *p, struct pm_modifier *out)
+static pm_status make_modifier(const struct compiler *c, const pm_primitive *p,
+                               struct pm_modifier *out)
 {
+    pm_arena *arena = &c->world->arena;
     double *reals = pm_arena_array(arena, p->real_count, sizeof *reals);
     int32_t *assets = pm_arena_array(arena, p->string_count, sizeof *assets);
     if (!reals || !assets)
-        return false;
+        return memory_error(c);
     memcpy(reals, p->reals, p->real_count * sizeof *reals);
     if (p->assets)
         memcpy(assets, p->assets, p->string_count * sizeof *assets);
@@ -230,9 +232,10 @@ static bool copy_modifier(pm_arena *arena, const pm_primitive *p, struct pm_modi
                                 .expressions = p->expressions,
                                 .functions = p->functions,
                                 .coordinates = p->coordinates,
+                                .lone_functions = p->lone_functions,
                                 .transform =
                                     p->transform ? *p->transform : pm_transform_identity()};
-    return true;
+    return pm_modifier_prepare(out, c->world, c->scene, p, c->err);
 }
 
 /* The textures and patterns of the chain that starts there; *out is NULL if there are none.
@@ -251,10 +254,12 @@ static pm_status compile_textures(const struct compiler *c, int32_t modifier,
     if (texture)
         return PM_OK;
     texture = pm_arena_alloc(&c->world->arena, sizeof *texture);
-    if (!texture || !copy_modifier(&c->world->arena, p, &texture->modifier))
+    if (!texture)
         return memory_error(c);
     *out = c->textures[modifier] = texture;
-    pm_status status = compile_textures(c, p->modifier, &texture->next);
+    pm_status status = make_modifier(c, p, &texture->modifier);
+    if (!status)
+        status = compile_textures(c, p->modifier, &texture->next);
     for (int i = 0; !status && pm_primitive_is_mixture(p->type) && i < 2; i++)
         status = compile_textures(c, p->references[i], &texture->components[i]);
     return status;
@@ -274,9 +279,9 @@ static pm_status compile_material(const struct compiler *c, uint32_t top, struct
     if (!is_offered(p) || c->scene->primitives[top].material != (int32_t)top)
         return refuse(c, p, "is not offered yet");
     read_reals(m, p, c->world->scale);
-    if (!copy_modifier(&c->world->arena, p, &m->modifier))
-        return memory_error(c);
-    pm_status status = compile_references(c, p, m);
+    pm_status status = make_modifier(c, p, &m->modifier);
+    if (!status)
+        status = compile_references(c, p, m);
     return status ? status : compile_textures(c, (int32_t)top, &m->textures);
 }
 

@@ -15,8 +15,24 @@ struct pm_modifier {
     const int32_t *assets; /* [string_count], or NULL */
     uint32_t real_count, string_count;
     pm_function expressions, functions, coordinates; /* or PM_NO_FUNCTION */
-    pm_transform transform; /* from its own coordinates to the scene's */
+    uint8_t lone_functions;                          /* see pm_primitive */
+    pm_transform transform, inverse; /* from its own coordinates to the scene's, and back */
+    pm_rgb color;                    /* spectrum, specfile */
+    const struct pm_ink *ink;        /* colortext, brighttext, mixtext */
 };
+
+/* Set text in space: the point at `anchor` + v is right . v characters to the right of its
+ * upper left corner, and down . v lines below. */
+struct pm_ink {
+    const pm_text *text;
+    pm_vec3 anchor, right, down;
+};
+
+/* modifier.c: what evaluation needs besides the arguments: inverse, color, ink. Refused are
+ * text vectors that are parallel, and data that are no spectrum, with the primitive's place. */
+PM_MUST_USE pm_status pm_modifier_prepare(struct pm_modifier *modifier, pm_world *world,
+                                          const pm_scene *scene, const pm_primitive *primitive,
+                                          pm_error *err);
 
 /* A texture, a pattern, or a mixture of such, and those that follow it. Shared between the
  * materials whose chains end alike. */

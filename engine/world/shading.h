@@ -28,10 +28,10 @@ struct pm_material;
 struct pm_shading {
     const pm_world *world;
     const pm_hit *hit;
-    pm_vec3 wo;       /* unit, away from the surface; Radiance's ray comes along -wo */
-    double distance;  /* T: of the path from its start [world] */
-    double segment;   /* Ts: of this ray alone [world] */
-    bool far;         /* a distant source: no point, Px Py Pz are 0, the normal is wo */
+    pm_vec3 wo;      /* unit, away from the surface; Radiance's ray comes along -wo */
+    double distance; /* T: of the path from its start [world] */
+    double segment;  /* Ts: of this ray alone [world] */
+    bool far;        /* a distant source: no point, Px Py Pz are 0, the normal is wo */
 
     pm_rgb color;         /* product of the patterns; may be negative or above 1 */
     pm_vec3 perturbation; /* sum of the textures, added to the unit normal hit->normal */
@@ -39,7 +39,8 @@ struct pm_shading {
     /* The transforms of the instance that the surface belongs to; NULL in the main scene. */
     const pm_transform *from_instance, *to_instance;
 
-    /* The values of the ray in the coordinates of `frame`, filled when a function first asks. */
+    /* The values of the ray in the coordinates of `frame`, filled when a function first asks.
+     */
     bool has_ray;
     const struct pm_modifier *frame;
     struct pm_ray_values ray;

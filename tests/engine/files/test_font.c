@@ -27,11 +27,13 @@ static pm_font *read_font(void)
     return font;
 }
 
-static pm_text *set(const pm_font *font, const char *text, const double *spacing)
+static pm_arena arena;
+
+static const pm_text *set(const pm_font *font, const char *text, const double *spacing)
 {
     pm_error err = PM_ERROR_INIT;
-    pm_text *set_text = NULL;
-    if (pm_text_new(font, text, strlen(text), spacing, &set_text, &err))
+    const pm_text *set_text = NULL;
+    if (pm_text_new(font, text, strlen(text), spacing, &arena, &set_text, &err))
         fail_msg("%s", err.text);
     return set_text;
 }
@@ -53,7 +55,7 @@ static void uniform_text_has_one_cell_a_character(void **state)
 {
     (void)state;
     pm_font *font = read_font();
-    pm_text *text = set(font, "AB\nC", NULL);
+    const pm_text *text = set(font, "AB\nC", NULL);
     assert_true(pm_text_holds(text, 100. / 255, 1 - 100. / 255));
     assert_false(pm_text_holds(text, 50. / 255, 1 - 100. / 255));
     assert_false(pm_text_holds(text, 100. / 255, 1 - 200. / 255)); /* above the bar */
@@ -67,8 +69,8 @@ static void uniform_text_has_one_cell_a_character(void **state)
     assert_false(pm_text_holds(text, NAN, 0.5));
     assert_false(pm_text_holds(text, 0.5, NAN));
     assert_false(pm_text_holds(text, INFINITY, 0.5));
-    pm_text_free(text);
     pm_font_free(font);
+    pm_arena_clear(&arena);
 }
 
 /* Gap 0.4 * 255 = 102, half 51 on each side: A's left edge 64 comes to 51, B's 100 to 51 + 128
@@ -78,7 +80,7 @@ static void squeezed_text_stands_close(void **state)
     (void)state;
     pm_font *font = read_font();
     const double spacing = -0.4;
-    pm_text *text = set(font, "AB", &spacing);
+    const pm_text *text = set(font, "AB", &spacing);
     double down = 1 - 60. / 255;
     assert_false(pm_text_holds(text, 101.9 / 261, down));
     assert_true(pm_text_holds(text, 102.1 / 261, down));
@@ -88,8 +90,8 @@ static void squeezed_text_stands_close(void **state)
     assert_true(pm_text_holds(text, 332.1 / 261, down));
     assert_true(pm_text_holds(text, 431.9 / 261, down));
     assert_false(pm_text_holds(text, 432.1 / 261, down));
-    pm_text_free(text);
     pm_font_free(font);
+    pm_arena_clear(&arena);
 }
 
 /* Gap 102: after four blanks the last glyph starts 5 cells of 159 + 102 after the first, which
@@ -99,7 +101,7 @@ static void proportional_text_aligns_columns(void **state)
     (void)state;
     pm_font *font = read_font();
     const double spacing = 0.4;
-    pm_text *text = set(font, "A    A\nB    A", &spacing);
+    const pm_text *text = set(font, "A    A\nB    A", &spacing);
     int first[2] = {0, 0};
     for (int row = 0; row < 2; row++)
         for (int i = 3 * 261; i < 9 * 261 && !first[row]; i++)
@@ -107,8 +109,8 @@ static void proportional_text_aligns_columns(void **state)
                 first[row] = i;
     assert_int_equal(first[0], 102 - 64 + 5 * 261 + 64);
     assert_int_equal(first[1], 102 - 100 + 5 * 261 + 64);
-    pm_text_free(text);
     pm_font_free(font);
+    pm_arena_clear(&arena);
 }
 
 static void odd_texts_are_set(void **state)
@@ -119,22 +121,23 @@ static void odd_texts_are_set(void **state)
     static const double spacings[] = {-1000, -0.1, 0, 0.001, 0.3, 1000};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
         for (size_t k = 0; k < sizeof spacings / sizeof *spacings; k++) {
-            pm_text *text = set(font, texts[i], &spacings[k]);
+            const pm_text *text = set(font, texts[i], &spacings[k]);
             for (double x = 0; x < 9; x += 0.5)
                 (void)pm_text_holds(text, x, 0.5);
-            pm_text_free(text);
         }
     char longest[600];
     memset(longest, 'A', sizeof longest);
-    pm_text *text = NULL;
+    const pm_text *text = NULL;
     pm_error err = PM_ERROR_INIT;
-    assert_int_equal(pm_text_new(font, longest, 512, NULL, &text, &err), PM_E_LIMIT);
+    assert_int_equal(pm_text_new(font, longest, 512, NULL, &arena, &text, &err), PM_E_LIMIT);
     assert_string_equal(err.text, "a line of text has 512 characters; 511 are allowed");
     err = (pm_error)PM_ERROR_INIT;
-    assert_int_equal(pm_text_new(font, "A", 1, (double[]){1001}, &text, &err), PM_E_RANGE);
+    assert_int_equal(pm_text_new(font, "A", 1, (double[]){1001}, &arena, &text, &err),
+                     PM_E_RANGE);
     assert_string_equal(err.text, "spacing 1001 is not from -1000 to 1000");
     assert_null(text);
     pm_font_free(font);
+    pm_arena_clear(&arena);
 }
 
 static void fonts_say_what_is_wrong(void **state)
