@@ -7,6 +7,12 @@
 #include "world/cap.h"
 #include "world/lights.h"
 
+/* Of all patterns together, about. */
+#define EVALUATIONS ((size_t)1 << 22)
+
+/* Of the chances, for patterned lights together. */
+#define LEAST_SHARE 0x1p-10
+
 static const struct pm_material *material_of(const pm_world *world,
                                              const struct pm_light *light)
 {
@@ -45,7 +51,7 @@ static double projected_solid_angle(const struct pm_shape *shape, const struct p
     return mean_around(shape, m);
 }
 
-static pm_rgb power_of(const pm_world *world, const struct pm_light *light)
+static pm_rgb plain_power(const pm_world *world, const struct pm_light *light)
 {
     const struct pm_material *m = material_of(world, light);
     if (light->surface != PM_NO_PRIMITIVE) {
@@ -57,15 +63,50 @@ static pm_rgb power_of(const pm_world *world, const struct pm_light *light)
                                       radius * radius);
 }
 
-static void set_chances(pm_world *world)
+/* Sets each light's chance to its mean power, and sums power. */
+static pm_status measure(pm_world *world, pm_error *err)
 {
     struct pm_lights *l = world->lights;
-    double total = 0, sum = 0;
+    for (size_t i = 0; i < l->count; i++)
+        l->patterned += pm_lights_is_patterned(material_of(world, &l->lights[i]));
     for (size_t i = 0; i < l->count; i++) {
-        pm_rgb power = power_of(world, &l->lights[i]);
-        l->lights[i].chance = pm_rgb_mean(power);
+        struct pm_light *light = &l->lights[i];
+        pm_rgb power = plain_power(world, light);
+        pm_status status = PM_OK;
+        if (pm_lights_is_patterned(material_of(world, light)))
+            status =
+                pm_light_pattern_build(world, light, EVALUATIONS / l->patterned, &power, err);
+        if (status)
+            return status;
+        light->chance = pm_rgb_mean(power);
         l->power = pm_rgb_add(l->power, power);
+    }
+    return PM_OK;
+}
+
+/* Quadrature may miss what a pattern shows: none is left without a chance. */
+static void add_least_chance(struct pm_lights *l, double total)
+{
+    double least = total * LEAST_SHARE / (double)l->patterned;
+    for (size_t i = 0; i < l->count; i++)
+        if (l->lights[i].pattern && l->lights[i].chance < least)
+            l->lights[i].chance = least;
+}
+
+static double total_chance(const struct pm_lights *l)
+{
+    double total = 0;
+    for (size_t i = 0; i < l->count; i++)
         total += l->lights[i].chance;
+    return total;
+}
+
+static void set_chances(struct pm_lights *l)
+{
+    double total = total_chance(l), sum = 0;
+    if (l->patterned) {
+        add_least_chance(l, total);
+        total = total_chance(l);
     }
     for (size_t i = 0; i < l->count; i++) { /* evenly if nothing stands in a distant light */
         sum += total > 0 ? l->lights[i].chance / total : 1 / (double)l->count;
@@ -108,13 +149,13 @@ static void fill(const pm_world *world, struct pm_lights *l)
         uint32_t material = world->shapes[i].material;
         l->of_surface[i] = is_light(world, material) ? n : PM_NO_LIGHT;
         if (is_light(world, material))
-            l->lights[n++] = (struct pm_light){i, PM_NO_LIGHT, material, 0};
+            l->lights[n++] = (struct pm_light){i, PM_NO_LIGHT, material, 0, NULL};
     }
     for (uint32_t i = 0; i < world->distant_count; i++) {
         uint32_t material = world->distants[i].material;
         l->of_distant[i] = is_light(world, material) ? n : PM_NO_LIGHT;
         if (is_light(world, material))
-            l->lights[n++] = (struct pm_light){PM_NO_PRIMITIVE, i, material, 0};
+            l->lights[n++] = (struct pm_light){PM_NO_PRIMITIVE, i, material, 0, NULL};
     }
 }
 
@@ -139,8 +180,10 @@ pm_status pm_lights_build(pm_world *world, pm_error *err)
     fill(world, l);
     set_bounding_sphere(world, l);
     world->lights = l;
-    set_chances(world);
-    return PM_OK;
+    status = measure(world, err);
+    if (!status)
+        set_chances(l);
+    return status;
 }
 
 size_t pm_lights_count(const pm_world *world)
@@ -171,109 +214,4 @@ uint32_t pm_lights_pick(const struct pm_lights *l, double u)
 double pm_lights_chance(const struct pm_lights *l, uint32_t light)
 {
     return .5 * l->lights[light].chance + .5 / (double)l->count;
-}
-
-/* ---- what a light shows ---- */
-
-static bool in_beam(const struct pm_material *spot, pm_vec3 direction)
-{
-    pm_vec3 off = pm_vec3_sub(direction, spot->aim); /* |off|^2 = 2 (1 - cos) */
-    return pm_vec3_dot(off, off) <= 2 * spot->versine;
-}
-
-double pm_lights_focus_share(double focus, double distance)
-{
-    if (!(focus > 0) || distance == INFINITY)
-        return 1;
-    double share = distance / (distance + focus);
-    return share * share;
-}
-
-pm_rgb pm_lights_radiance(const struct pm_material *m, pm_vec3 direction, double distance)
-{
-    if (m->type != PM_SPOTLIGHT)
-        return m->color;
-    if (!in_beam(m, direction))
-        return pm_rgb_grey(0);
-    return pm_rgb_scale(m->color, pm_lights_focus_share(m->focus, distance));
-}
-
-bool pm_lights_is_weak(const struct pm_material *m)
-{
-    return m->type == PM_GLOW || m->type == PM_ILLUM;
-}
-
-bool pm_light_stands_in(const pm_world *world, const pm_hit *hit, pm_vec3 direction)
-{
-    const struct pm_material *m = &world->materials[hit->material];
-    return m->type == PM_ILLUM && pm_vec3_dot(direction, hit->normal) > 0;
-}
-
-pm_rgb pm_light_radiance(const pm_world *world, const pm_hit *hit, pm_vec3 wo)
-{
-    const struct pm_material *m = &world->materials[hit->material];
-    if (m->type == PM_ILLUM || !pm_material_emits(m) || pm_vec3_dot(wo, hit->normal) < 0)
-        return pm_rgb_grey(0);
-    return pm_lights_radiance(m, wo, hit->t);
-}
-
-pm_rgb pm_light_seen_radiance(const pm_world *world, const pm_hit *hit, pm_vec3 wo)
-{
-    const struct pm_material *m = &world->materials[hit->material];
-    bool shines = m->type == PM_LIGHT || m->type == PM_SPOTLIGHT || m->type == PM_GLOW;
-    if (!shines || pm_vec3_dot(wo, hit->normal) < 0)
-        return pm_rgb_grey(0);
-    return pm_lights_radiance(m, wo, INFINITY);
-}
-
-/* ---- distant sources ---- */
-
-double pm_lights_distant_pdf(const pm_world *world, uint32_t light)
-{
-    const struct pm_distant *source = &world->distants[world->lights->lights[light].distant];
-    return pm_lights_chance(world->lights, light) / (2 * PM_PI * source->versine);
-}
-
-struct gathering {
-    const pm_world *world;
-    struct pm_sky sky;
-};
-
-static void gather_source(void *context, uint32_t source)
-{
-    struct gathering *g = context;
-    const struct pm_material *m = &g->world->materials[g->world->distants[source].material];
-    uint32_t light = g->world->lights->of_distant[source];
-    if (m->type == PM_ILLUM)
-        return;
-    if (light != PM_NO_LIGHT)
-        g->sky.pdf += pm_lights_distant_pdf(g->world, light);
-    if (m->type == PM_LIGHT) {
-        g->sky.lights = pm_rgb_add(g->sky.lights, m->color);
-        g->sky.lit = true;
-    } else if (m->type == PM_GLOW && light != PM_NO_LIGHT) {
-        g->sky.glows = pm_rgb_add(g->sky.glows, m->color);
-    } else if (m->type == PM_GLOW) {
-        g->sky.seen_glows = pm_rgb_add(g->sky.seen_glows, m->color);
-    }
-}
-
-struct pm_sky pm_lights_sky(const pm_world *world, pm_vec3 direction)
-{
-    struct gathering g = {.world = world};
-    pm_sky_index_visit(world->lights->sky, world, direction, gather_source, &g);
-    return g.sky;
-}
-
-pm_rgb pm_light_distant(const pm_world *world, pm_vec3 direction, double *pdf)
-{
-    struct pm_sky sky = pm_lights_sky(world, direction);
-    *pdf = sky.pdf;
-    return sky.lit ? sky.lights : sky.glows;
-}
-
-pm_rgb pm_light_seen_distant(const pm_world *world, pm_vec3 direction)
-{
-    struct pm_sky sky = pm_lights_sky(world, direction);
-    return sky.lit ? sky.lights : pm_rgb_add(sky.glows, sky.seen_glows);
 }

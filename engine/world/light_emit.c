@@ -28,8 +28,8 @@ static pm_vec3 beam_direction(const struct pm_material *spot, pm_vec3 normal, do
     return pm_frame_to_world(&frame, pm_warp_cone(1, v, versine));
 }
 
-static pm_vec3 lamp_direction(const struct pm_material *m, pm_vec3 normal, double u, double v,
-                              double *weight)
+pm_vec3 pm_lights_direction(const struct pm_material *m, pm_vec3 normal, double u, double v,
+                            double *weight)
 {
     if (m->type == PM_SPOTLIGHT)
         return beam_direction(m, normal, u, v, weight);
@@ -38,18 +38,38 @@ static pm_vec3 lamp_direction(const struct pm_material *m, pm_vec3 normal, doubl
     return pm_frame_to_world(&frame, pm_warp_cosine(u, v));
 }
 
-static void emit_from_surface(const pm_world *world, const struct pm_light *light,
-                              const double u[5], pm_emission *out)
+static void emit_evenly(const pm_world *world, const struct pm_light *light, const double u[5],
+                        pm_emission *out)
 {
     const struct pm_material *m = &world->materials[light->material];
     const struct pm_shape *shape = &world->shapes[light->surface];
     pm_vec3 normal;
     double weight;
     pm_shape_sample(shape, u[1], u[2], &out->origin, &normal);
-    out->direction = lamp_direction(m, normal, u[3], u[4], &weight);
+    out->direction = pm_lights_direction(m, normal, u[3], u[4], &weight);
+    out->flux = pm_rgb_scale(m->color, shape->area * weight / light->chance);
+}
+
+static void emit_pattern(const pm_world *world, const struct pm_light *light, const double u[5],
+                         pm_emission *out)
+{
+    struct pm_light_draw draw;
+    pm_light_draw_leaving(world, light, u + 1, &draw);
+    out->origin = draw.hit.point;
+    out->direction = draw.direction;
+    pm_rgb radiance = {0, 0, 0};
+    if (draw.weight > 0)
+        radiance = pm_lights_shine(world, &draw.hit, draw.direction);
+    out->flux = pm_rgb_scale(radiance, draw.weight / light->chance);
+}
+
+static void emit_from_surface(const pm_world *world, const struct pm_light *light,
+                              const double u[5], pm_emission *out)
+{
+    const struct pm_material *m = &world->materials[light->material];
+    (light->pattern ? emit_pattern : emit_evenly)(world, light, u, out);
     out->from = light->surface;
     out->focus = m->type == PM_SPOTLIGHT ? m->focus : 0;
-    out->flux = pm_rgb_scale(m->color, shape->area * weight / light->chance);
 }
 
 static void emit_from_distance(const pm_world *world, const struct pm_light *light,
@@ -57,9 +77,8 @@ static void emit_from_distance(const pm_world *world, const struct pm_light *lig
 {
     const struct pm_lights *l = world->lights;
     const struct pm_material *m = &world->materials[light->material];
-    const struct pm_distant *source = &world->distants[light->distant];
-    pm_frame about_source = pm_frame_make(source->direction);
-    pm_vec3 up = pm_frame_to_world(&about_source, pm_warp_cone(u[3], u[4], source->versine));
+    double solid_angle, area = PM_PI * l->radius * l->radius;
+    pm_vec3 up = pm_light_draw_distant(world, light, u[3], u[4], &solid_angle);
     pm_frame about_ray = pm_frame_make(up);
     pm_vec3 place = pm_vec3_scale(pm_warp_disc(u[1], u[2]), l->radius);
     place.z = l->radius * (1 + 0x1p-10); /* beyond every surface */
@@ -67,16 +86,17 @@ static void emit_from_distance(const pm_world *world, const struct pm_light *lig
     out->direction = pm_vec3_negate(up);
     out->from = PM_NO_PRIMITIVE;
     out->focus = 0;
-    double solid_angle = 2 * PM_PI * source->versine, area = PM_PI * l->radius * l->radius;
-    out->flux = pm_rgb_scale(m->color, solid_angle * area / light->chance);
-    if (m->type == PM_GLOW && pm_lights_sky(world, up).lit)
-        out->flux = pm_rgb_grey(0);
+    out->flux = pm_rgb_grey(0);
+    if (m->type == PM_GLOW && pm_lights_is_lit(world, up))
+        return;
+    out->flux = pm_rgb_scale(pm_lights_shine_far(world, light->distant, up),
+                             solid_angle * area / light->chance);
 }
 
 bool pm_light_emit(const pm_world *world, const double u[5], pm_emission *out)
 {
     const struct pm_lights *l = world->lights;
-    if (pm_rgb_is_black(l->power))
+    if (pm_rgb_is_black(l->power) && !l->patterned)
         return false;
     const struct pm_light *light = &l->lights[pm_lights_pick(l, u[0])];
     if (light->surface == PM_NO_PRIMITIVE)

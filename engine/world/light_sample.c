@@ -25,7 +25,7 @@ static double sphere_versine(const struct pm_shape *sphere, pm_vec3 point, pm_ve
 }
 
 static bool sample_sphere(const struct pm_shape *sphere, pm_vec3 point, const double u[3],
-                          pm_light_sample *out)
+                          pm_light_sample *out, pm_hit *hit)
 {
     pm_vec3 to_center;
     double versine = sphere_versine(sphere, point, &to_center);
@@ -39,20 +39,21 @@ static bool sample_sphere(const struct pm_shape *sphere, pm_vec3 point, const do
     out->wi = pm_frame_to_world(&frame, local);
     out->distance = distance * local.z - sqrt(fmax(half_chord, 0));
     out->pdf = 1 / (2 * PM_PI * versine);
+    hit->point = pm_vec3_madd(point, out->distance, out->wi);
+    hit->normal = pm_vec3_scale(pm_vec3_sub(hit->point, sphere->center), 1 / sphere->r0);
     return out->distance > 0;
 }
 
 static bool sample_area(const struct pm_shape *shape, pm_vec3 point, const double u[3],
-                        pm_light_sample *out)
+                        pm_light_sample *out, pm_hit *hit)
 {
-    pm_vec3 place, normal;
-    pm_shape_sample(shape, u[1], u[2], &place, &normal);
-    pm_vec3 way = pm_vec3_sub(place, point);
+    pm_shape_sample(shape, u[1], u[2], &hit->point, &hit->normal);
+    pm_vec3 way = pm_vec3_sub(hit->point, point);
     out->distance = pm_vec3_length(way);
     if (!(out->distance > 0))
         return false;
     out->wi = pm_vec3_scale(way, 1 / out->distance);
-    double cosine = -pm_vec3_dot(out->wi, normal);
+    double cosine = -pm_vec3_dot(out->wi, hit->normal);
     out->pdf = out->distance * out->distance / (shape->area * cosine);
     return cosine > 0;
 }
@@ -74,12 +75,14 @@ static bool sample_surface(const pm_world *world, const struct pm_light *light, 
                            const double u[3], pm_light_sample *out)
 {
     const struct pm_shape *shape = &world->shapes[light->surface];
-    bool found = shape->type == PM_SPHERE ? sample_sphere(shape, point, u, out)
-                                          : sample_area(shape, point, u, out);
+    pm_hit hit = {.surface = light->surface, .material = light->material};
+    bool found = shape->type == PM_SPHERE ? sample_sphere(shape, point, u, out, &hit)
+                                          : sample_area(shape, point, u, out, &hit);
     if (!found || (shape->contested && is_covered(world, light->surface, point, out)))
         return false;
-    out->radiance = pm_lights_radiance(&world->materials[light->material],
-                                       pm_vec3_negate(out->wi), out->distance);
+    hit.t = out->distance;
+    double share = pm_lights_focus_share(world->materials[light->material].focus, hit.t);
+    out->radiance = pm_rgb_scale(pm_lights_shine(world, &hit, pm_vec3_negate(out->wi)), share);
     out->distance *= 1 - SHORT_OF_LIGHT;
     return true;
 }
@@ -90,15 +93,15 @@ static void sample_distant(const pm_world *world, uint32_t picked, const double 
                            pm_light_sample *out)
 {
     const struct pm_light *light = &world->lights->lights[picked];
-    const struct pm_distant *source = &world->distants[light->distant];
-    pm_frame frame = pm_frame_make(source->direction);
-    out->wi = pm_frame_to_world(&frame, pm_warp_cone(u[1], u[2], source->versine));
+    double solid_angle;
+    out->wi = pm_light_draw_distant(world, light, u[1], u[2], &solid_angle);
     out->distance = INFINITY;
-    out->radiance = world->materials[light->material].color;
-    out->pdf = pm_lights_distant_pdf(world, picked);
-    if (out->hidden)
+    if (out->hidden) {
+        out->radiance = pm_lights_shine_far(world, light->distant, out->wi);
+        out->pdf = pm_lights_distant_pdf(world, picked, out->wi);
         return;
-    struct pm_sky sky = pm_lights_sky(world, out->wi);
+    }
+    struct pm_sky sky = pm_lights_sky(world, out->wi, false);
     out->radiance = sky.lit ? sky.lights : sky.glows;
     out->weak = !sky.lit;
     out->pdf = sky.pdf;
@@ -126,7 +129,7 @@ bool pm_light_sample_at(const pm_world *world, pm_vec3 point, const double u[3],
 
 double pm_light_pdf_surface(const pm_world *world, pm_vec3 point, pm_vec3 wi, const pm_hit *hit)
 {
-    uint32_t light = world->lights->of_surface[hit->surface];
+    uint32_t light = pm_lights_of_surface(world, hit->surface);
     double cosine = -pm_vec3_dot(wi, hit->normal);
     if (light == PM_NO_LIGHT || !(cosine > 0) ||
         world->materials[hit->material].type == PM_ILLUM)

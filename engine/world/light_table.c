@@ -17,8 +17,8 @@ enum {
  * whole: by the grid's own values, and where only new ones tell. The number of cells is so
  * bounded by the inverse on each level. */
 #define SHARE_IN_GRID 0x1p-16
-#define SHARE_BELOW   0x1p-13
-#define SMOOTH        .25 /* nor where it varies less */
+#define SHARE_BELOW   0x1p-13 /* more below coarse grids */
+#define SMOOTH        .25     /* nor where it varies less */
 
 struct node {
     uint32_t first; /* of four children: v low u low, v low u high, ...; 0: a leaf */
@@ -37,46 +37,40 @@ struct cell {
     double weight, low, high;
 };
 
-struct sampled {
-    struct cell cell;
-    pm_rgb mean;
-};
-
 struct builder {
     const struct pm_light_function *function;
     int levels;                    /* of the grid */
     struct cell *grid[MAX_LEVELS]; /* of level l: 2^l rows of 2^l cells; one block */
     double total;                  /* the grid's mean weight */
-    pm_rgb mean;
+    double share_below;
+    size_t divisions;   /* below the grid, that are left */
     struct node *nodes; /* [capacity] */
     double *weights;    /* [capacity] of the leaves */
     uint32_t count, capacity;
     bool out_of_memory;
 };
 
-static double bounded(double x)
+static double value_at(const struct builder *b, double u, double v)
 {
-    return x > 0 && x < INFINITY ? x : 0;
+    double value = b->function->value(b->function->context, u, v);
+    return value > 0 && value < INFINITY ? fmin(value, 1e150) : 0;
 }
 
 /* Four values, of which the root mean square weighs the cell: that leaves the least variance.
  */
-static struct sampled sample_cell(const struct builder *b, int level, uint32_t x, uint32_t y)
+static struct cell sample_cell(const struct builder *b, int level, uint32_t x, uint32_t y)
 {
     double size = 1. / (double)(1U << level), squares = 0;
-    struct sampled s = {{0, INFINITY, 0}, {0, 0, 0}};
+    struct cell cell = {0, INFINITY, 0};
     for (int i = 0; i < 4; i++) {
-        double u = (x + .25 + .5 * (i & 1)) * size, v = (y + .25 + .5 * (i >> 1)) * size;
-        pm_rgb value = b->function->value(b->function->context, u, v);
-        value = (pm_rgb){bounded(value.r), bounded(value.g), bounded(value.b)};
-        s.mean = pm_rgb_madd(s.mean, .25, value);
-        double grey = fmin(pm_rgb_mean(value), 1e150);
-        s.cell.low = fmin(s.cell.low, grey);
-        s.cell.high = fmax(s.cell.high, grey);
-        squares += .25 * grey * grey;
+        double value =
+            value_at(b, (x + .25 + .5 * (i & 1)) * size, (y + .25 + .5 * (i >> 1)) * size);
+        cell.low = fmin(cell.low, value);
+        cell.high = fmax(cell.high, value);
+        squares += .25 * value * value;
     }
-    s.cell.weight = fmax(sqrt(squares), s.cell.high / 2); /* a square may underflow */
-    return s;
+    cell.weight = fmax(sqrt(squares), cell.high / 2); /* a square may underflow */
+    return cell;
 }
 
 static struct cell *grid_cell(const struct builder *b, int level, uint32_t x, uint32_t y)
@@ -109,16 +103,14 @@ static bool fill_grid(struct builder *b)
         cells += (size_t)1 << 2 * level;
     }
     uint32_t n = 1U << b->levels;
-    double area = 1 / ((double)n * n);
-    for (uint32_t i = 0; i < n * n; i++) {
-        struct sampled s = sample_cell(b, b->levels, i % n, i / n);
-        *grid_cell(b, b->levels, i % n, i / n) = s.cell;
-        b->mean = pm_rgb_madd(b->mean, area, s.mean);
-    }
+    for (uint32_t i = 0; i < n * n; i++)
+        *grid_cell(b, b->levels, i % n, i / n) = sample_cell(b, b->levels, i % n, i / n);
     for (int level = b->levels - 1; level >= 0; level--)
         for (uint32_t i = 0; i < 1U << 2 * level; i++)
             join_four(b, level, i & ((1U << level) - 1), i >> level);
     b->total = b->grid[0]->weight;
+    b->share_below = fmax(SHARE_BELOW, .125 / ((double)n * n));
+    b->divisions = (size_t)n * n;
     return true;
 }
 
@@ -143,21 +135,11 @@ static bool reserve_nodes(struct builder *b, uint32_t count)
 static bool is_worth_dividing(const struct builder *b, int level, const struct cell *cell)
 {
     double range = cell->high - cell->low, area = 1 / (double)((uint64_t)1 << 2 * level);
-    double share = level < b->levels ? SHARE_IN_GRID : SHARE_BELOW;
-    return level < b->levels + DEEPER && range * area > share * b->total &&
+    double share = level < b->levels ? SHARE_IN_GRID : b->share_below;
+    return level < b->levels + DEEPER && (level < b->levels || b->divisions > 0) &&
+           range * area > share * b->total &&
            range > SMOOTH * (cell->low + PM_LIGHT_TABLE_FLOOR * b->total) &&
            b->count + 4 <= MAX_NODES && !b->out_of_memory;
-}
-
-/* A cell of the grid, or a new one whose values then stand for those of the level above. */
-static struct cell child_cell(struct builder *b, int level, uint32_t x, uint32_t y,
-                              pm_rgb *finer)
-{
-    if (level <= b->levels)
-        return *grid_cell(b, level, x, y);
-    struct sampled s = sample_cell(b, level, x, y);
-    *finer = pm_rgb_madd(*finer, .25, s.mean);
-    return s.cell;
 }
 
 static void grow(struct builder *b, uint32_t node, int level, uint32_t x, uint32_t y,
@@ -170,17 +152,13 @@ static void grow(struct builder *b, uint32_t node, int level, uint32_t x, uint32
     uint32_t first = b->count;
     b->nodes[node].first = first;
     b->count += 4;
-    struct cell children[4];
-    pm_rgb finer = {0, 0, 0};
-    for (uint32_t i = 0; i < 4; i++)
-        children[i] = child_cell(b, level + 1, 2 * x + (i & 1), 2 * y + (i >> 1), &finer);
-    if (level >= b->levels) {
-        pm_rgb coarser = sample_cell(b, level, x, y).mean;
-        double area = 1 / (double)((uint64_t)1 << 2 * level);
-        b->mean = pm_rgb_madd(b->mean, area, pm_rgb_sub(finer, coarser));
+    b->divisions -= level >= b->levels;
+    for (uint32_t i = 0; i < 4; i++) {
+        uint32_t right = 2 * x + (i & 1), up = 2 * y + (i >> 1);
+        struct cell child = level < b->levels ? *grid_cell(b, level + 1, right, up)
+                                              : sample_cell(b, level + 1, right, up);
+        grow(b, first + i, level + 1, right, up, &child);
     }
-    for (uint32_t i = 0; i < 4; i++)
-        grow(b, first + i, level + 1, 2 * x + (i & 1), 2 * y + (i >> 1), &children[i]);
 }
 
 /* What is known after growing: mean weight of the node. */
@@ -243,7 +221,7 @@ static bool build(struct builder *b, pm_arena *arena, struct pm_light_table **ou
 }
 
 pm_status pm_light_table_build(const struct pm_light_function *function, pm_arena *arena,
-                               struct pm_light_table **out, pm_rgb *mean, pm_error *err)
+                               struct pm_light_table **out, pm_error *err)
 {
     struct builder b = {.function = function};
     while (b.levels + 1 < MAX_LEVELS && (4U << b.levels) <= function->detail)
@@ -254,7 +232,6 @@ pm_status pm_light_table_build(const struct pm_light_function *function, pm_aren
     free(b.weights);
     if (!built)
         return pm_error_set(err, PM_E_MEMORY, "out of memory for the pattern of a light");
-    *mean = (pm_rgb){fmax(b.mean.r, 0), fmax(b.mean.g, 0), fmax(b.mean.b, 0)};
     return PM_OK;
 }
 
@@ -316,7 +293,7 @@ struct over_cone {
     const struct pm_light_beam *beam;
 };
 
-static pm_rgb value_over_cone(const void *context, double u, double v)
+static double value_over_cone(const void *context, double u, double v)
 {
     const struct over_cone *c = context;
     pm_vec3 local = pm_warp_cap(u, v, c->beam->versine);
@@ -326,13 +303,13 @@ static pm_rgb value_over_cone(const void *context, double u, double v)
 
 pm_status pm_light_beam_build(const struct pm_light_directions *directions, pm_vec3 axis,
                               double versine, pm_arena *arena, struct pm_light_beam *out,
-                              pm_rgb *mean, pm_error *err)
+                              pm_error *err)
 {
     struct pm_light_beam beam = {.frame = pm_frame_make(axis), .versine = versine};
     const struct over_cone cone = {directions, &beam};
     const struct pm_light_function function = {value_over_cone, &cone, directions->detail};
     struct pm_light_table *table;
-    pm_status status = pm_light_table_build(&function, arena, &table, mean, err);
+    pm_status status = pm_light_table_build(&function, arena, &table, err);
     if (status)
         return status;
     beam.table = table;

@@ -5,7 +5,6 @@
 
 #include "base/arena.h"
 #include "base/error.h"
-#include "base/rgb.h"
 #include "base/vec3.h"
 #include "base/warp.h"
 
@@ -23,18 +22,18 @@ struct pm_light_table;
 
 /* What is tabulated. Values that are negative or not finite count as 0. */
 struct pm_light_function {
-    pm_rgb (*value)(const void *context, double u, double v);
+    double (*value)(const void *context, double u, double v);
     const void *context;
     uint32_t detail; /* what is as small as 1 / detail of the square is found */
 };
 
-/* Evaluates the function detail^2 times, and 2^22 times at most where it looks closer; detail
- * is cut to [2, 2048] and to a power of two. At most 2^20 nodes of 16 bytes, from the arena;
- * the same table for the same values. mean  out: of the function over the square, by quadrature
- * Errors: PM_E_MEMORY. Test: test_light_table.c. */
+/* Evaluates the function detail^2 times, and at most five times as often again where it looks
+ * closer; detail is cut to [2, 2048] and to a power of two. At most 2^20 nodes of 16 bytes,
+ * from the arena; the same table for the same values. Errors: PM_E_MEMORY.
+ * Test: test_light_table.c. */
 PM_MUST_USE pm_status pm_light_table_build(const struct pm_light_function *function,
                                            pm_arena *arena, struct pm_light_table **out,
-                                           pm_rgb *mean, pm_error *err);
+                                           pm_error *err);
 
 /* Moves a uniform point of [0, 1)^2 to one of the distribution; returns its density, 1 on
  * average over the square. */
@@ -50,19 +49,17 @@ struct pm_light_beam {
     const struct pm_light_table *table;
 };
 
-/* Radiance from (or towards) a unit direction. */
+/* Radiance from (or towards) a unit direction; one number for it. */
 struct pm_light_directions {
-    pm_rgb (*radiance)(const void *context, pm_vec3 direction);
+    double (*radiance)(const void *context, pm_vec3 direction);
     const void *context;
     uint32_t detail; /* as above, across the cone */
 };
 
-/* Follows the radiance over the cone about `axis`.
- *   mean  out: of the radiance over the cone, by quadrature */
+/* Follows the radiance over the cone about `axis`. */
 PM_MUST_USE pm_status pm_light_beam_build(const struct pm_light_directions *directions,
                                           pm_vec3 axis, double versine, pm_arena *arena,
-                                          struct pm_light_beam *out, pm_rgb *mean,
-                                          pm_error *err);
+                                          struct pm_light_beam *out, pm_error *err);
 
 /* A direction and its density [1/sr]. */
 pm_vec3 pm_light_beam_sample(const struct pm_light_beam *beam, double u, double v, double *pdf);

@@ -1,10 +1,11 @@
 #ifndef PM_WORLD_LIGHTS_H
 #define PM_WORLD_LIGHTS_H
 
+#include "world/light_pattern.h"
 #include "world/material.h"
 #include "world/sky.h"
 
-/* The table of lights, shared by light.c, light_emit.c and light_sample.c. */
+/* The table of lights, shared by light.c, light_emit.c, light_sample.c and light_shine.c. */
 
 #define PM_NO_LIGHT 0xFFFFFFFFU
 
@@ -12,7 +13,8 @@ struct pm_light {
     uint32_t surface; /* PM_NO_PRIMITIVE: a distant source */
     uint32_t distant;
     uint32_t material;
-    double chance; /* of being picked by power */
+    double chance;                          /* of being picked by power */
+    const struct pm_light_pattern *pattern; /* NULL: radiance is the same all over */
 };
 
 struct pm_lights {
@@ -21,7 +23,8 @@ struct pm_lights {
     double *cumulative;      /* [count] chances of lights 0..i; the last is 1 */
     uint32_t *of_surface;    /* [shape_count]: the light of a surface, or PM_NO_LIGHT */
     uint32_t *of_distant;    /* [distant_count] likewise */
-    pm_rgb power;            /* of all */
+    size_t patterned;        /* lights with a pattern */
+    pm_rgb power;            /* of all; of patterns by quadrature */
     pm_vec3 center;          /* of the scene's bounding sphere */
     double radius;
     struct pm_sky_index *sky;
@@ -29,25 +32,47 @@ struct pm_lights {
 
 uint32_t pm_lights_pick(const struct pm_lights *lights, double u);
 
-/* Of a lamp's front towards `direction`, into a point at that distance. */
-pm_rgb pm_lights_radiance(const struct pm_material *lamp, pm_vec3 direction, double distance);
+/* Chance with which a light is picked for next events. */
+double pm_lights_chance(const struct pm_lights *lights, uint32_t light);
+
+/* The light of a surface, also one of an instance; or PM_NO_LIGHT. */
+uint32_t pm_lights_of_surface(const pm_world *world, uint32_t surface);
+
+/* ---- what a light shows (light_shine.c) ---- */
+
+/* Radiance that leaves a lamp's front along wo: colour times patterns, within a spotlight's
+ * cone; where a pattern is negative, none. hit->t is the
+ * distance that patterns see. Source: Radiance's m_light (source.c). */
+pm_rgb pm_lights_shine(const pm_world *world, const pm_hit *hit, pm_vec3 wo);
+
+/* The same for a distant source, seen in a direction. */
+pm_rgb pm_lights_shine_far(const pm_world *world, uint32_t distant, pm_vec3 direction);
+
+/* A direction of a lamp's light at a place with that normal: within a spotlight's cone, else by
+ * the cosine. The mean of `weight` over u, v is the projected solid angle. */
+pm_vec3 pm_lights_direction(const struct pm_material *lamp, pm_vec3 normal, double u, double v,
+                            double *weight);
+
+/* Whether a lamp's radiance is not the same all over. */
+bool pm_lights_is_patterned(const struct pm_material *lamp);
 
 double pm_lights_focus_share(double focus, double distance);
 bool pm_lights_is_weak(const struct pm_material *lamp);
 
 /* What the distant sources show in a direction, illums apart. */
 struct pm_sky {
-    pm_rgb lights, glows, seen_glows; /* seen: of negative radius */
+    pm_rgb lights, glows, seen_glows; /* seen: of negative radius, if asked for */
     bool lit;                         /* a light is there, and hides the glows */
     double pdf;                       /* of pm_light_sample_at */
 };
 
-struct pm_sky pm_lights_sky(const pm_world *world, pm_vec3 direction);
+struct pm_sky pm_lights_sky(const pm_world *world, pm_vec3 direction, bool seen);
 
-/* Density with which a distant source is picked and its direction drawn, for next events. */
-double pm_lights_distant_pdf(const pm_world *world, uint32_t light);
+/* Whether a light is there, and hides the glows. */
+bool pm_lights_is_lit(const pm_world *world, pm_vec3 direction);
 
-/* Chance with which a light is picked for next events. */
-double pm_lights_chance(const struct pm_lights *lights, uint32_t light);
+/* Density with which a distant source is picked and a direction that it covers drawn, for next
+ * events. */
+double pm_lights_distant_pdf(const pm_world *world, uint32_t light, pm_vec3 direction);
 
 #endif

@@ -3,11 +3,13 @@
 
 #include <string.h>
 
+#include "../support/bundle_text.h"
 #include "scene/bundle.h"
 #include "scene/scene.h"
 #include "world/world.h"
 
-/* For tests that need a world: compiles a scene given as text. Include after <cmocka.h>. */
+/* For tests that need a world: compiles a scene given as text, whose lines
+ * `#file NAME` start the files that it names. Include after <cmocka.h>. */
 static inline pm_world *world_of(const char *text)
 {
     pm_error err = PM_ERROR_INIT;
@@ -15,7 +17,7 @@ static inline pm_world *world_of(const char *text)
     pm_world *world = NULL;
     pm_bundle *bundle = pm_bundle_new();
     assert_non_null(bundle);
-    pm_status st = pm_bundle_add(bundle, "test.rad", text, strlen(text), &err);
+    pm_status st = add_texts(bundle, "test.rad", text, &err);
     if (!st)
         st = pm_scene_parse(bundle, "test.rad", NULL, &scene, &err);
     if (!st)

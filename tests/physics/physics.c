@@ -1,5 +1,7 @@
 #include "physics.h"
 
+#include "bundle_text.h"
+
 /* ---- numbers ---- */
 
 void stat_add(struct stat *stat, double value)
@@ -136,7 +138,7 @@ void run_job(const pm_job *job, const char *text, const pm_job_hooks *hooks, pm_
     pm_error err = PM_ERROR_INIT;
     pm_bundle *bundle = pm_bundle_new();
     assert_non_null(bundle);
-    pm_status st = pm_bundle_add(bundle, job->main_name, text, strlen(text), &err);
+    pm_status st = add_texts(bundle, job->main_name, text, &err);
     if (!st)
         st = pm_job_run(job, bundle, hooks, answer, &err);
     pm_bundle_free(bundle);

@@ -69,7 +69,7 @@ double sun_radiance(void);
     "void light bright 0 0 3 1 1 1  bright sphere lamp 0 0 4 0 0 0 .02\n"                      \
     "void plastic grey 0 0 5 .5 .5 .5 0 0  grey bubble wall 0 0 4 0 0 0 1\n"
 
-/* Scene text as by printf; to be freed. */
+/* Scene text as by printf; to be freed. Lines `#file NAME` start the files that it names. */
 char *text_of(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 /* Four walls, floor and ceiling of [-1, 1]^3 as polygons that face inwards. */
