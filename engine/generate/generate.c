@@ -29,7 +29,31 @@ bool pm_generate_knows(const char *program)
 
 const char *pm_generate_programs(void)
 {
-    return "genbox, genprism, genblinds, gensky and gendaylit";
+    return "genbox, genprism, genblinds, gensky, gendaylit";
+}
+
+/* An option's value that follows a fixed number of words. */
+static bool follows(const char *const *words, size_t first, size_t index, const char *option)
+{
+    return index > first && strcmp(words[index - 1], option) == 0;
+}
+
+pm_generate_word pm_generate_word_is(const char *const *words, size_t count, size_t index)
+{
+    const char *program = words[0];
+    if (index >= count || index == 0)
+        return PM_GENERATE_PLAIN;
+    if (strcmp(program, "genprism") == 0)
+        return index == 3 && words[3][0] != '-' && !(words[3][0] >= '0' && words[3][0] <= '9')
+                   ? PM_GENERATE_FILE
+                   : PM_GENERATE_PLAIN;
+    bool surf = strcmp(program, "gensurf") == 0, rev = strcmp(program, "genrev") == 0;
+    bool worm = strcmp(program, "genworm") == 0;
+    if (surf && index == 5)
+        return PM_GENERATE_PERHAPS_FILE;
+    if ((surf || worm || rev) && follows(words, rev ? 6 : 8, index, "-f"))
+        return PM_GENERATE_FUNCTION_FILE;
+    return PM_GENERATE_PLAIN;
 }
 
 static pm_status run(pm_generation *g)

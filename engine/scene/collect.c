@@ -208,7 +208,8 @@ static pm_status add_named(void *context, const pm_file *from, const pm_word *wo
         free(resolved);
         return st;
     }
-    if (role != 'c' || !pm_language_standard(word->text, &size))
+    bool standard = role == 'c' && pm_language_standard(word->text, &size);
+    if (!standard && role != '?')
         note(&c->missing, word, from->name);
     return PM_OK;
 }

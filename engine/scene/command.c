@@ -39,8 +39,9 @@ static pm_status refuse(const struct splitter *s, char c)
     pm_word here = place(s->lexer);
     return pm_word_error(
         &here, PM_E_UNSUPPORTED, s->lexer->file, s->err,
-        "'%c' would need a shell, and commands are not run here; expand the line "
-        "beforehand with Radiance's own programs, or quote the character",
+        "'%c' would need a shell, and nothing is executed here; expand the scene "
+        "beforehand with Radiance's \"xform scene.rad > expanded.rad\", or quote the "
+        "character",
         c);
 }
 
@@ -75,9 +76,9 @@ static pm_status split_word(struct splitter *s)
     pm_status st = PM_OK;
     if (*lexer->at == '~')
         return refuse(s, '~');
-    while (!st && !at_end(lexer) && !strchr(" \t\r", *lexer->at)) {
+    while (!st && !at_end(lexer) && !strchr(" \t\r|", *lexer->at)) {
         char c = *lexer->at;
-        if (strchr(";|$`<>&*?[]()", c)) {
+        if (strchr(";$`<>&*?[]()", c)) {
             st = refuse(s, c);
         } else if (c == '"' || c == '\'') {
             st = quoted(s);
@@ -124,35 +125,99 @@ static size_t command_length(const pm_lexer *lexer)
     return (size_t)(at - lexer->at);
 }
 
-pm_status pm_command_read(pm_lexer *lexer, pm_arena *arena, pm_command *out, pm_error *err)
+/* No more words than this. */
+static size_t word_limit(const char *text, size_t length)
+{
+    size_t count = 1;
+    for (size_t i = 0; i < length; i++)
+        count += strchr(" \t\r\n|", text[i]) != NULL;
+    return count;
+}
+
+/* Takes a '|'. */
+static pm_status take_pipe(struct splitter *s, bool empty)
+{
+    pm_lexer *lexer = s->lexer;
+    pm_word here = place(lexer);
+    lexer->at++;
+    if (!at_end(lexer) && (*lexer->at == '|' || *lexer->at == '&'))
+        return refuse(s, *lexer->at);
+    if (empty)
+        return pm_word_error(&here, PM_E_SYNTAX, lexer->file, s->err,
+                             "no command stands before this '|'; write one, or delete it");
+    return PM_OK;
+}
+
+/* Reads the words of all stages. The last word of each stage but the last has a '|' behind it.
+ */
+static pm_status read_words(struct splitter *s, pm_word *words, bool *piped, size_t *count)
+{
+    bool empty = true;
+    pm_word pipe = {0};
+    while (next_word(s->lexer)) {
+        pm_status st;
+        if (*s->lexer->at == '|') {
+            pipe = place(s->lexer);
+            st = take_pipe(s, empty);
+            if (!st)
+                piped[*count - 1] = empty = true;
+        } else {
+            pm_word *word = &words[(*count)++];
+            *word = place(s->lexer);
+            word->text = s->text;
+            st = split_word(s);
+            word->length = (size_t)(s->text - word->text);
+            *s->text++ = '\0';
+            empty = false;
+        }
+        if (st)
+            return st;
+    }
+    if (empty && *count)
+        return pm_word_error(&pipe, PM_E_SYNTAX, s->lexer->file, s->err,
+                             "no command stands behind this '|'; write one, or delete it");
+    return PM_OK;
+}
+
+static pm_commands split_stages(const pm_lexer *lexer, const pm_word *words, const bool *piped,
+                                size_t count, pm_command *stages)
+{
+    pm_commands result = {.stages = stages};
+    size_t start = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (!piped[i] && i + 1 < count)
+            continue;
+        stages[result.count++] = (pm_command){lexer->file, words + start, i + 1 - start};
+        start = i + 1;
+    }
+    return result;
+}
+
+pm_status pm_commands_read(pm_lexer *lexer, pm_arena *arena, pm_commands *out, pm_error *err)
 {
     pm_word start = place(lexer);
-    size_t length = command_length(lexer);
+    size_t length = command_length(lexer), most = word_limit(lexer->at, length), count = 0;
     if (memchr(lexer->at, '\0', length))
         return pm_word_error(&start, PM_E_SYNTAX, lexer->file, err,
                              "the command holds a byte 0x00; a scene file is plain text");
-    /* Words are apart by at least one character, which makes room for their terminators. */
-    char *text = pm_arena_alloc(arena, length + 1);
-    pm_word *words = pm_arena_array(arena, length / 2 + 1, sizeof *words);
-    if (!text || !words)
+    /* A '|' can part words without a blank, so their terminators need room of their own. */
+    char *text = pm_arena_alloc(arena, length + most);
+    pm_word *words = pm_arena_array(arena, most, sizeof *words);
+    bool *piped = pm_arena_array(arena, most, sizeof *piped);
+    if (!text || !words || !piped)
         return pm_error_set(err, PM_E_MEMORY, "not enough memory for a command of the scene");
     struct splitter s = {.lexer = lexer, .err = err, .text = text};
-    size_t count = 0;
-    while (next_word(lexer)) {
-        pm_word *word = &words[count++];
-        *word = place(lexer);
-        word->text = s.text;
-        pm_status st = split_word(&s);
-        if (st)
-            return st;
-        word->length = (size_t)(s.text - word->text);
-        *s.text++ = '\0';
-    }
+    pm_status st = read_words(&s, words, piped, &count);
+    if (st)
+        return st;
     if (!count)
         return pm_word_error(
             &start, PM_E_SYNTAX, lexer->file, err,
             "'!' starts a command, and none follows; write !xform ... or delete "
             "the line");
-    *out = (pm_command){.file = lexer->file, .words = words, .count = count};
+    pm_command *stages = pm_arena_array(arena, count, sizeof *stages);
+    if (!stages)
+        return pm_error_set(err, PM_E_MEMORY, "not enough memory for a command of the scene");
+    *out = split_stages(lexer, words, piped, count, stages);
     return PM_OK;
 }

@@ -1,173 +1,17 @@
+#include "scene/expand.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "scene/parser.h"
-
-/* Where a chain of files that name each other has come to; for the message about a circle. */
-struct chain {
-    const struct chain *parent;
-    const char *file;
-    const pm_word *command;
-    unsigned depth;
+/* A `!` line that is being carried out. */
+struct expansion {
+    pm_parser *parser;
+    const pm_frame *frame;
+    const pm_pipeline *pipeline;
+    const pm_generate_request *request; /* of a generator */
+    const char *text_name;              /* of its text, as if that were a file */
 };
-
-static uint64_t add(uint64_t a, uint64_t b)
-{
-    return a > UINT64_MAX - b ? UINT64_MAX : a + b;
-}
-
-static uint64_t multiply(uint64_t a, uint64_t b)
-{
-    uint64_t product;
-    return __builtin_mul_overflow(a, b, &product) ? UINT64_MAX : product;
-}
-
-static pm_file_count *count_of(const pm_parser *parser, const pm_file *file)
-{
-    return &parser->counts[file - pm_bundle_at(parser->bundle, 0)];
-}
-
-static pm_status circle_error(pm_parser *parser, const struct chain *chain, const pm_word *name)
-{
-    char text[512] = "";
-    for (const struct chain *c = chain; c; c = c->parent) {
-        char link[300];
-        snprintf(link, sizeof link, "%s%s line %d", c == chain ? "" : ", reached from ",
-                 c->file, c->command->line);
-        strncat(text, link, sizeof text - 1 - strlen(text));
-    }
-    return pm_word_error(
-        name, PM_E_LIMIT, chain->file, parser->err,
-        "'%.*s' would contain itself: it is named by %s; take one of these lines "
-        "out",
-        PM_WORD_SHOW(*name), text);
-}
-
-static pm_status nesting_error(pm_parser *parser, const char *file, const pm_word *name)
-{
-    return pm_word_error(name, PM_E_LIMIT, file, parser->err,
-                         "files are nested more than %u deep here; join some of them",
-                         parser->limits.nesting);
-}
-
-static pm_status count_file(pm_parser *parser, const struct chain *chain, const pm_file *file,
-                            const pm_word *name);
-
-/* Adds what an `!xform` line brings. *broken if the line is wrong: whoever parses it will say
- * so. */
-static pm_status count_command(pm_parser *parser, const struct chain *parent,
-                               const pm_file *file, pm_lexer *lexer, pm_file_count *sum,
-                               bool *broken)
-{
-    pm_command command;
-    pm_xform xform;
-    pm_status st = pm_command_read(lexer, &parser->scratch, &command, NULL);
-    if (!st)
-        st = pm_xform_parse(&command, &parser->scratch, &xform, NULL);
-    *broken = st != PM_OK;
-    if (st)
-        return st == PM_E_MEMORY ? pm_parser_memory_error(parser) : PM_OK;
-    const struct chain chain = {parent, file->name, command.words, parent->depth + 1};
-    for (size_t i = 0; i < xform.file_count; i++) {
-        const pm_file *named = pm_bundle_find(parser->bundle, xform.files[i].text, file->name);
-        *broken = !named;
-        if (!named)
-            return PM_OK;
-        st = count_file(parser, &chain, named, &xform.files[i]);
-        if (st)
-            return st;
-        const pm_file_count *once = count_of(parser, named);
-        sum->primitives = add(sum->primitives, multiply(xform.instances, once->primitives));
-        sum->reals = add(sum->reals, multiply(xform.instances, once->reals));
-        sum->bytes = add(sum->bytes, multiply(xform.instances, once->bytes));
-        if (sum->depth <= once->depth)
-            sum->depth = once->depth + 1;
-    }
-    return PM_OK;
-}
-
-static pm_status count_statements(pm_parser *parser, const struct chain *chain,
-                                  const pm_file *file, pm_file_count *sum)
-{
-    pm_lexer lexer;
-    pm_statement statement = {.kind = PM_STATEMENT_END};
-    pm_status st = pm_lexer_init(&lexer, file, parser->err);
-    bool broken = false;
-    while (!st && !broken) {
-        size_t reals;
-        broken =
-            pm_statement_next(&lexer, &statement, NULL) || statement.kind == PM_STATEMENT_END;
-        if (!broken && statement.kind == PM_STATEMENT_COMMAND) {
-            st = count_command(parser, chain, file, &lexer, sum, &broken);
-        } else if (!broken && statement.kind == PM_STATEMENT_PRIMITIVE) {
-            broken = !pm_statement_skip_arguments(&lexer, &reals);
-            sum->primitives = add(sum->primitives, 1);
-            sum->reals = add(sum->reals, broken ? 0 : reals);
-        }
-    }
-    return st;
-}
-
-/* Fills the file's count, once. The chain ends with the command that names it. */
-static pm_status count_file(pm_parser *parser, const struct chain *chain, const pm_file *file,
-                            const pm_word *name)
-{
-    pm_file_count *count = count_of(parser, file);
-    if (count->state == PM_COUNTING)
-        return circle_error(parser, chain, name);
-    if (count->state == PM_UNCOUNTED) {
-        if (chain->depth >= parser->limits.nesting)
-            return nesting_error(parser, chain->file, name);
-        pm_file_count sum = {.bytes = add(file->size, PM_FILE_COST), .depth = 1};
-        count->state = PM_COUNTING;
-        pm_status st = count_statements(parser, chain, file, &sum);
-        if (st)
-            return st;
-        sum.state = PM_COUNTED;
-        *count = sum;
-    }
-    return chain->depth + count->depth > parser->limits.nesting
-               ? nesting_error(parser, chain->file, name)
-               : PM_OK;
-}
-
-/* Refuses an array that is too large before anything of it is made. */
-static pm_status check_size(pm_parser *parser, const pm_frame *frame, const pm_command *command,
-                            const pm_xform *xform)
-{
-    /* Files above this one matter to the count of depth alone: a circle was found when the
-     * first of them was counted. */
-    const struct chain chain = {NULL, frame->file->name, command->words, frame->depth};
-    pm_file_count sum = {0};
-    for (size_t i = 0; i < xform->file_count; i++) {
-        const pm_word *name = &xform->files[i];
-        const pm_file *file = pm_bundle_find(parser->bundle, name->text, frame->file->name);
-        if (!file)
-            return pm_word_error(
-                name, PM_E_MISSING, frame->file->name, parser->err,
-                "there is no file '%.*s', neither beside this one nor beside the "
-                "main file",
-                PM_WORD_SHOW(*name));
-        pm_status st = count_file(parser, &chain, file, name);
-        if (st)
-            return st;
-        const pm_file_count *once = count_of(parser, file);
-        sum.primitives = add(sum.primitives, multiply(xform->instances, once->primitives));
-        sum.reals = add(sum.reals, multiply(xform->instances, once->reals));
-        sum.bytes = add(sum.bytes, multiply(xform->instances, once->bytes));
-    }
-    if (add(parser->count, sum.primitives) > parser->limits.primitives ||
-        add(parser->reals, sum.reals) > parser->limits.reals ||
-        add(parser->bytes, sum.bytes) > parser->limits.bytes)
-        return pm_word_error(&command->words[0], PM_E_LIMIT, frame->file->name, parser->err,
-                             "this xform would make %llu primitives with %llu reals from %llu "
-                             "bytes of text; a scene may have %zu, %zu and %zu in all",
-                             (unsigned long long)sum.primitives, (unsigned long long)sum.reals,
-                             (unsigned long long)sum.bytes, parser->limits.primitives,
-                             parser->limits.reals, parser->limits.bytes);
-    return PM_OK;
-}
 
 static bool is_usable(const pm_transform *t)
 {
@@ -175,71 +19,164 @@ static bool is_usable(const pm_transform *t)
     return finite && isnormal(t->scale) && isnormal(1 / t->scale);
 }
 
-/* An `!xform` line that is being carried out. */
-struct expansion {
-    pm_parser *parser;
-    const pm_frame *frame;
-    pm_command command;
-    pm_xform xform;
-    char *prefix; /* scratch, of pm_xform_prefix_size */
-};
-
-static pm_status make_frame(const struct expansion *e, uint64_t index, pm_frame *inner)
+static pm_status name_frame(const struct expansion *e, size_t stage, uint64_t index,
+                            const pm_frame *frame, pm_frame *inner)
 {
-    const pm_frame *frame = e->frame;
-    const pm_transform own = pm_xform_instance(&e->xform, index);
+    const pm_xform *xform = &e->pipeline->xforms[stage];
+    pm_arena arena = {0};
+    char *prefix = pm_arena_alloc(&arena, pm_xform_prefix_size(xform));
+    pm_status st = PM_OK;
+    if (prefix) {
+        pm_xform_instance_prefix(xform, index, prefix);
+        if (strlen(frame->prefix) + strlen(prefix) >= PM_PREFIX_MOST)
+            st = pm_word_error(
+                e->pipeline->programs[stage], PM_E_LIMIT, e->pipeline->file, e->parser->err,
+                "-n makes names longer than %d bytes; write a shorter one", PM_PREFIX_MOST);
+        else
+            inner->prefix = pm_parser_name(e->parser, frame->prefix, prefix, strlen(prefix));
+    }
+    pm_arena_clear(&arena);
+    return st || inner->prefix ? st : pm_parser_memory_error(e->parser);
+}
+
+/* What one instance of an xform makes of the frame in which its text is read. */
+static pm_status make_frame(const struct expansion *e, size_t stage, uint64_t index,
+                            const pm_frame *frame, pm_frame *inner)
+{
+    const pm_xform *xform = &e->pipeline->xforms[stage];
+    const pm_transform own = pm_xform_instance(xform, index);
     *inner = (pm_frame){.transform = pm_transform_then(&own, &frame->transform),
                         .moved = true,
-                        .inverted = frame->inverted != e->xform.invert,
+                        .inverted = frame->inverted != xform->invert,
                         .modifier = frame->modifier,
                         .modifier_file = frame->modifier_file,
-                        .depth = frame->depth + 1};
-    if (!inner->modifier && e->xform.modifier) {
-        inner->modifier = e->xform.modifier;
-        inner->modifier_file = frame->file->name;
+                        .depth = frame->depth};
+    if (!inner->modifier && xform->modifier) {
+        inner->modifier = xform->modifier;
+        inner->modifier_file = e->pipeline->file;
     }
     if (!is_usable(&inner->transform))
         return pm_word_error(
-            &e->command.words[0], PM_E_RANGE, frame->file->name, e->parser->err,
-            "the transforms together leave the range of doubles; scale or move "
-            "less");
-    pm_xform_instance_prefix(&e->xform, index, e->prefix);
-    if (strlen(frame->prefix) + strlen(e->prefix) >= PM_PREFIX_MOST)
-        return pm_word_error(
-            &e->command.words[0], PM_E_LIMIT, frame->file->name, e->parser->err,
-            "-n makes names longer than %d bytes; write a shorter one", PM_PREFIX_MOST);
-    inner->prefix = pm_parser_name(e->parser, frame->prefix, e->prefix, strlen(e->prefix));
-    return inner->prefix ? PM_OK : pm_parser_memory_error(e->parser);
+            e->pipeline->programs[stage], PM_E_RANGE, e->pipeline->file, e->parser->err,
+            "the transforms together leave the range of doubles; scale or move less");
+    return name_frame(e, stage, index, frame, inner);
 }
 
-static pm_status expand_instances(const struct expansion *e)
+/* ---- where the text comes from ---- */
+
+static pm_status read_files(const struct expansion *e, const pm_frame *frame)
 {
     pm_status st = PM_OK;
-    for (uint64_t i = 0; !st && i < e->xform.instances; i++) {
-        pm_frame inner;
-        st = make_frame(e, i, &inner);
-        for (size_t k = 0; !st && k < e->xform.file_count; k++) {
-            inner.file =
-                pm_bundle_find(e->parser->bundle, e->xform.files[k].text, e->frame->file->name);
-            st = pm_parser_file(e->parser, &inner);
-        }
+    for (size_t i = 0; !st && i < e->pipeline->file_count; i++) {
+        pm_frame inner = *frame;
+        inner.file =
+            pm_bundle_find(e->parser->bundle, e->pipeline->files[i].text, e->pipeline->file);
+        inner.depth = frame->depth + 1;
+        st = pm_parser_file(e->parser, &inner);
     }
     return st;
+}
+
+/* A generator's text on its way to the parser. */
+struct reading {
+    const struct expansion *e;
+    const pm_frame *frame;
+    pm_file file; /* that the text seems to be */
+};
+
+/* Errors in the text are told as the command's, but those about words of the line itself, such
+ * as -m's, have their place. */
+static pm_status place_error(const struct reading *r, pm_error *err, const pm_error *why)
+{
+    const pm_pipeline *p = r->e->pipeline;
+    if (why->file[0] && strcmp(why->file, r->file.name) != 0)
+        return pm_error_set_at(err, why->status, why->file, why->line, why->column, "%s",
+                               why->text);
+    return pm_word_error(p->start, why->status, p->file, err, "%s: %s", p->start->text,
+                         why->text);
+}
+
+static pm_status read_text(void *context, const void *text, size_t size)
+{
+    struct reading *r = context;
+    pm_parser *parser = r->e->parser;
+    pm_error *err = parser->err, why = PM_ERROR_INIT;
+    pm_frame inner = *r->frame;
+    r->file.data = text;
+    r->file.size = size;
+    inner.file = &r->file;
+    inner.depth = r->frame->depth + 1;
+    inner.origin = r->e->frame->origin ? r->e->frame->origin : r->e->frame->file;
+    inner.place = r->e->pipeline->start;
+    parser->err = &why;
+    pm_status st = pm_parser_file(parser, &inner);
+    parser->err = err;
+    if (st == PM_E_MEMORY && !why.file[0])
+        return pm_error_set(err, st, "%s", why.text);
+    return st ? place_error(r, err, &why) : PM_OK;
+}
+
+static pm_status run_generator(const struct expansion *e, const pm_frame *frame)
+{
+    size_t wrong = 0;
+    pm_error why = PM_ERROR_INIT;
+    struct reading r = {.e = e, .frame = frame, .file = {.name = e->text_name}};
+    pm_status st = pm_generate_run(e->request, read_text, &r, &wrong, &why);
+    if (why.status)
+        return pm_parser_generate_error(e->pipeline, wrong, &why, e->parser->err);
+    return st;
+}
+
+/* ---- stages ---- */
+
+/* Reads the text as it comes out of the first `stages` xforms: those behind are in the frame.
+ * PM_PIPELINE_STAGES deep at most. */
+static pm_status expand(const struct expansion *e, const pm_frame *frame, size_t stages)
+{
+    if (!stages)
+        return e->request ? run_generator(e, frame) : read_files(e, frame);
+    pm_status st = PM_OK;
+    uint64_t instances = e->pipeline->xforms[stages - 1].instances;
+    for (uint64_t i = 0; !st && i < instances; i++) {
+        pm_frame inner;
+        st = make_frame(e, stages - 1, i, frame, &inner);
+        if (!st)
+            st = expand(e, &inner, stages - 1);
+    }
+    return st;
+}
+
+/* Files that the text names are looked for beside the file of the command, so its own name is
+ * of the same folder. */
+static const char *name_text(const pm_pipeline *pipeline, pm_arena *arena)
+{
+    const char *from = pipeline->file, *slash = strrchr(from, '/');
+    int folder = slash ? (int)(slash - from) + 1 : 0;
+    size_t size = (size_t)folder + pipeline->start->length + 2;
+    char *name = pm_arena_alloc(arena, size);
+    if (name)
+        snprintf(name, size, "%.*s!%s", folder, from, pipeline->start->text);
+    return name;
 }
 
 pm_status pm_parser_expand(pm_parser *parser, const pm_frame *frame, pm_lexer *lexer)
 {
     pm_arena arena = {0};
-    struct expansion e = {.parser = parser, .frame = frame};
-    pm_status st = pm_command_read(lexer, &arena, &e.command, parser->err);
+    pm_pipeline pipeline;
+    pm_generate_request request;
+    struct expansion e = {.parser = parser, .frame = frame, .pipeline = &pipeline};
+    pm_status st = pm_pipeline_read(lexer, &arena, &pipeline, parser->err);
     if (!st)
-        st = pm_xform_parse(&e.command, &arena, &e.xform, parser->err);
-    if (!st)
-        st = check_size(parser, frame, &e.command, &e.xform);
-    if (!st) {
-        e.prefix = pm_arena_alloc(&arena, pm_xform_prefix_size(&e.xform));
-        st = e.prefix ? expand_instances(&e) : pm_parser_memory_error(parser);
+        st = pm_parser_check_size(parser, frame->depth, &pipeline, &arena);
+    if (!st && pipeline.generator) {
+        st = pm_parser_request(parser, &pipeline, &arena, &request);
+        e.request = &request;
+        e.text_name = name_text(&pipeline, &arena);
+        if (!st && !e.text_name)
+            st = pm_parser_memory_error(parser);
     }
+    if (!st)
+        st = expand(&e, frame, pipeline.xform_count);
     pm_arena_clear(&arena);
     return st;
 }

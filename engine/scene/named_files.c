@@ -5,9 +5,9 @@
 
 #include "base/arena.h"
 #include "files/octree_file.h"
+#include "scene/pipeline.h"
 #include "scene/statement.h"
 #include "scene/types.h"
-#include "scene/xform.h"
 
 struct search {
     const pm_file *file;
@@ -28,18 +28,33 @@ static pm_status visit_word(struct search *s, const pm_word *word, char role)
 
 /* ---- text ---- */
 
+/* The files among a generator's words. */
+static pm_status visit_generator(struct search *s, const pm_command *command)
+{
+    static const char roles[] = {[PM_GENERATE_FILE] = 'v',
+                                 [PM_GENERATE_FUNCTION_FILE] = 'c',
+                                 [PM_GENERATE_PERHAPS_FILE] = '?'};
+    const char **words = pm_arena_array(&s->arena, command->count, sizeof *words);
+    pm_status st = words ? PM_OK : PM_E_MEMORY;
+    for (size_t i = 0; words && i < command->count; i++)
+        words[i] = command->words[i].text;
+    for (size_t i = 0; !st && i < command->count; i++) {
+        pm_generate_word kind = pm_generate_word_is(words, command->count, i);
+        if (kind != PM_GENERATE_PLAIN)
+            st = visit_word(s, &command->words[i], roles[kind]);
+    }
+    return st;
+}
+
 static pm_status visit_command(struct search *s, pm_lexer *lexer)
 {
-    pm_command command;
-    pm_xform xform;
-    pm_status st = pm_command_read(lexer, &s->arena, &command, NULL);
-    if (!st)
-        st = pm_xform_parse(&command, &s->arena, &xform, NULL);
+    pm_pipeline pipeline;
+    pm_status st = pm_pipeline_read(lexer, &s->arena, &pipeline, NULL);
     if (st)
         return st == PM_E_MEMORY ? st : PM_OK;
-    for (size_t i = 0; !st && i < xform.file_count; i++)
-        st = visit_word(s, &xform.files[i], 'r');
-    return st;
+    for (size_t i = 0; !st && i < pipeline.file_count; i++)
+        st = visit_word(s, &pipeline.files[i], 'r');
+    return !st && pipeline.generator ? visit_generator(s, pipeline.generator) : st;
 }
 
 /* A text's "." is followed by words of the text itself; a function file's stands for none. */

@@ -62,9 +62,11 @@ static pm_status append(pm_reading *r)
     if (st)
         return st;
     bool surface = pm_primitive_is_surface(p->type);
-    p->file = (uint32_t)(r->frame->file - pm_bundle_at(parser->bundle, 0));
-    p->line = type->line;
-    p->column = type->column;
+    const pm_file *file = r->frame->origin ? r->frame->origin : r->frame->file;
+    const pm_word *place = r->frame->place ? r->frame->place : type;
+    p->file = (uint32_t)(file - pm_bundle_at(parser->bundle, 0));
+    p->line = place->line;
+    p->column = place->column;
     p->name = pm_parser_name(parser, surface ? r->frame->prefix : "", name->text, name->length);
     if (!p->name)
         return pm_parser_memory_error(parser);

@@ -10,7 +10,7 @@
 #include "scene/xform.h"
 
 /* What parse.c (statements), modifiers.c (what names mean), arguments.c (of one primitive),
- * prototypes.c (octrees and meshes) and expand.c (`!` lines) share. */
+ * prototypes.c (octrees and meshes), count.c and expand.c (`!` lines) share. */
 
 /* What reading a file costs beside its text [bytes]: an array of empty files must end, too. */
 enum { PM_FILE_COST = 1024 };
@@ -44,7 +44,7 @@ typedef struct pm_parser {
     size_t word_capacity;
 } pm_parser;
 
-/* One reading of one file: where it stands and what its `!xform` line makes of it. */
+/* One reading of one file: where it stands and what its `!` line makes of it. */
 typedef struct pm_frame {
     const pm_file *file;
     pm_transform transform;
@@ -54,6 +54,10 @@ typedef struct pm_frame {
     const char *modifier_file;
     const char *prefix; /* -n; "" without */
     unsigned depth;     /* 1 for the main file */
+    /* For a generator's text, which is no file of the bundle: the file and the word that its
+     * primitives come from. NULL for files. */
+    const pm_file *origin;
+    const pm_word *place;
 } pm_frame;
 
 /* One primitive while it is read. */

@@ -305,7 +305,8 @@ static pm_status read_options(struct reader *r)
         bool known;
         if (pm_word_is(word(r), "-"))
             return pm_word_error(word(r), PM_E_UNSUPPORTED, r->command->file, r->err,
-                                 "xform cannot read standard input here; name a file");
+                                 "xform has no standard input here; name a file, or put the "
+                                 "command that makes the text before it: !... | xform ...");
         st = leading_option(r, &known);
         if (!st && !known)
             st = transform_option(r);
@@ -316,12 +317,7 @@ static pm_status read_options(struct reader *r)
 static pm_status read_files(struct reader *r)
 {
     const pm_command *command = r->command;
-    if (r->at >= command->count)
-        return pm_word_error(
-            &command->words[0], PM_E_SYNTAX, command->file, r->err,
-            "this xform names no file, and there is no standard input to read; "
-            "write the file's name after the transforms");
-    r->xform->files = word(r);
+    r->xform->files = command->words + r->at;
     r->xform->file_count = command->count - r->at;
     for (; r->at < command->count; r->at++)
         if (word(r)->text[0] == '-')
@@ -336,14 +332,6 @@ static pm_status read_files(struct reader *r)
 pm_status pm_xform_parse(const pm_command *command, pm_arena *arena, pm_xform *out,
                          pm_error *err)
 {
-    const pm_word *program = &command->words[0];
-    if (!pm_word_is(program, "xform"))
-        return pm_word_error(
-            program, PM_E_UNSUPPORTED, command->file, err,
-            "'%.*s' is not run here, only xform is; put its output in place of "
-            "this line, or expand the scene beforehand with Radiance's "
-            "\"xform scene.rad > expanded.rad\"",
-            PM_WORD_SHOW(*program));
     pm_xform xform = {.prefix = "", .instances = 1, .group_count = 1};
     struct reader r = {
         .command = command, .at = 1, .err = err, .arena = arena, .xform = &xform};

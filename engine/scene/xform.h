@@ -30,8 +30,8 @@ typedef struct pm_xform {
     size_t file_count;
 } pm_xform;
 
-/* PM_E_UNSUPPORTED for another program than xform and for its -f and -c; PM_E_SYNTAX,
- * PM_E_RANGE for arguments that are wrong; each with the place of the argument. */
+/* Parses the words of an xform; it may name no file. PM_E_UNSUPPORTED for its -f and -c;
+ * PM_E_SYNTAX, PM_E_RANGE for arguments that are wrong; each with the place of the argument. */
 PM_MUST_USE pm_status pm_xform_parse(const pm_command *command, pm_arena *arena, pm_xform *out,
                                      pm_error *err);
 

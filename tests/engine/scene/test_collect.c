@@ -185,7 +185,7 @@ static void a_link_within_the_folder_is_followed(void **state)
 static void wrong_text_is_left_to_the_parser(void **state)
 {
     (void)state;
-    write_file("room/wrong.rad", "!genbox a b 1 1 1\n!xform -t 1 part.rad\n!xform target.rad\n"
+    write_file("room/wrong.rad", "!genclock a b 1\n!xform -t 1 part.rad\n!xform target.rad\n"
                                  "void plastic\n");
     write_file("room/target.rad", "# target\n");
     pm_bundle *bundle = NULL;
