@@ -1,7 +1,10 @@
 #include "files_test.h"
 
+#include "files/data.h"
+#include "files/font.h"
 #include "files/mesh.h"
 #include "files/octree_file.h"
+#include "files/picture.h"
 
 /* Fails the n-th allocation of the engine, for every n until all succeed (the linker wraps
  * malloc). */
@@ -64,6 +67,38 @@ static pm_status read_octree(const pm_bytes *bytes, pm_error *err)
     return st;
 }
 
+static pm_status read_data(const pm_bytes *bytes, pm_error *err)
+{
+    pm_data *data = NULL;
+    pm_status st = pm_data_read(bytes->data, bytes->size, "m", &data, err);
+    assert_true(!st == (data != NULL));
+    pm_data_free(data);
+    return st;
+}
+
+static pm_status read_picture(const pm_bytes *bytes, pm_error *err)
+{
+    pm_picture *picture = NULL;
+    pm_status st = pm_picture_read(bytes->data, bytes->size, "m", &picture, err);
+    assert_true(!st == (picture != NULL));
+    pm_picture_free(picture);
+    return st;
+}
+
+static pm_status read_font(const pm_bytes *bytes, pm_error *err)
+{
+    pm_font *font = NULL;
+    pm_arena arena = {0};
+    const pm_text *text;
+    pm_status st = pm_font_read(bytes->data, bytes->size, "m", &font, err);
+    assert_true(!st == (font != NULL));
+    if (!st)
+        st = pm_text_new(font, "A\nAA", 4, NULL, &arena, &text, err);
+    pm_arena_clear(&arena);
+    pm_font_free(font);
+    return st;
+}
+
 static void assert_sweep(reader *read, const pm_bytes *bytes, long at_least)
 {
     long n = 0;
@@ -114,12 +149,36 @@ static void octrees(void **state)
     pm_bytes_clear(&b);
 }
 
+static void data_pictures_and_fonts(void **state)
+{
+    (void)state;
+    pm_bytes data = {0}, picture = {0}, font = {0};
+    pm_bytes_text(&data, "2\n0 0 2000\n");
+    for (int i = 0; i < 2000; i++)
+        pm_bytes_format(&data, "%d\n", i);
+    pm_bytes_text(&data, "0 1 2\n");
+    for (int i = 0; i < 4000; i++)
+        pm_bytes_format(&data, "%d\n", i);
+    assert_sweep(read_data, &data, 2);
+    pm_bytes_text(&picture, "#?RADIANCE\n\n-Y 1 +X 2\nabcdefgh");
+    assert_sweep(read_picture, &picture, 2);
+    pm_bytes_text(&font, "66 20000\n");
+    for (int i = 0; i < 20000; i++)
+        pm_bytes_text(&font, "7 9\n");
+    pm_bytes_text(&font, "65 3 0 0 255 0 128 255\n");
+    assert_sweep(read_font, &font, 2);
+    pm_bytes_clear(&data);
+    pm_bytes_clear(&picture);
+    pm_bytes_clear(&font);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(compiled_meshes),
         cmocka_unit_test(wavefront_meshes),
         cmocka_unit_test(octrees),
+        cmocka_unit_test(data_pictures_and_fonts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
