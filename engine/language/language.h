@@ -27,14 +27,14 @@
 typedef struct pm_language pm_language;
 
 enum {
-    PM_LANGUAGE_DEPTH = 8192,        /* nested nodes of one evaluation */
-    PM_LANGUAGE_WORK = 1 << 20,      /* calls, variables and arguments of one evaluation */
-    PM_LANGUAGE_NESTING = 400,       /* parentheses, calls and powers inside each other */
-    PM_LANGUAGE_PARAMETERS = 64,     /* of a function */
-    PM_LANGUAGE_NAME = 127,          /* bytes of a name */
-    PM_LANGUAGE_TEXTS = 16,          /* expressions of one function */
-    PM_LANGUAGE_TEXT_MAX = 16 << 20, /* bytes of all files of a language */
-    PM_LANGUAGE_CODE_MAX = 32 << 20  /* nodes of all programs of a language */
+    PM_LANGUAGE_DEPTH = 8192,       /* nested nodes of one evaluation */
+    PM_LANGUAGE_WORK = 1 << 20,     /* of one evaluation, in units of up to four nodes */
+    PM_LANGUAGE_NESTING = 400,      /* parentheses, calls and powers inside each other */
+    PM_LANGUAGE_PARAMETERS = 64,    /* of a function */
+    PM_LANGUAGE_NAME = 127,         /* bytes of a name */
+    PM_LANGUAGE_TEXTS = 16,         /* expressions of one function */
+    PM_LANGUAGE_TEXT_MAX = 8 << 20, /* bytes of all files of a language */
+    PM_LANGUAGE_CODE_MAX = 32 << 20 /* nodes of all programs of a language */
 };
 
 /* What a function can ask about a ray (src/rt/func.c, rayinit.cal). In the coordinates of the
