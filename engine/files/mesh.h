@@ -1,6 +1,7 @@
 #ifndef PM_FILES_MESH_H
 #define PM_FILES_MESH_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -61,6 +62,9 @@ typedef struct pm_mesh_limits {
 PM_MUST_USE pm_status pm_mesh_read(const void *data, size_t size, const char *name,
                                    const pm_mesh_limits *limits, pm_mesh **out, pm_error *err);
 void pm_mesh_free(pm_mesh *mesh);
+
+/* True for bytes that start as a compiled mesh does; others are read as Wavefront's. */
+bool pm_mesh_is_compiled(const void *data, size_t size);
 
 /* The materials of a compiled mesh, one for each slot: what applies where the mesh primitive's
  * modifier is void. Lists are put into the arena, texts lie in `data`. None for an .obj. */

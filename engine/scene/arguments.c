@@ -1,3 +1,4 @@
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,7 +10,7 @@
 /* So that a false count cannot ask for more memory than the file is worth. */
 static pm_status check_room(const pm_reading *r, const pm_word *count_word, size_t count)
 {
-    if (count > (size_t)(r->lexer->end - r->lexer->at))
+    if (!r->record && count > (size_t)(r->lexer->end - r->lexer->at))
         return PM_READING_FAIL(r, count_word, PM_E_SYNTAX,
                                "%zu arguments are announced, but the file ends before", count);
     return PM_OK;
@@ -22,6 +23,20 @@ static pm_status string_count_error(const pm_reading *r, const pm_word *word, si
 }
 
 /* ---- string arguments ---- */
+
+static pm_word record_word(const char *text)
+{
+    return (pm_word){.text = text, .length = strlen(text)};
+}
+
+static pm_status count_strings(const pm_reading *r, pm_word *word, size_t *count)
+{
+    *word = r->statement->type;
+    if (!r->record)
+        return pm_statement_count(r->lexer, "string arguments", word, count, r->parser->err);
+    *count = r->record->string_count;
+    return PM_OK;
+}
 
 /* The words of the string arguments, in the parser's buffer. */
 static pm_status read_words(pm_reading *r, size_t count)
@@ -36,7 +51,11 @@ static pm_status read_words(pm_reading *r, size_t count)
     }
     pm_status st = PM_OK;
     for (size_t i = 0; !st && i < count; i++)
-        st = pm_statement_word(r->lexer, "a string argument", &parser->words[i], parser->err);
+        if (r->record)
+            parser->words[i] = record_word(r->record->strings[i]);
+        else
+            st = pm_statement_word(r->lexer, "a string argument", &parser->words[i],
+                                   parser->err);
     return st;
 }
 
@@ -179,6 +198,7 @@ static pm_status load_file(struct strings *s, size_t index, char role)
     st = pm_assets_load(parser->assets, asset_kind(role), file, &s->assets[index], parser->err);
     if (st)
         return st;
+    pm_parser_note_read(parser, &pm_assets_at(parser->assets, s->assets[index])->digest);
     if (role == 'c')
         r->context = pm_assets_at(parser->assets, s->assets[index])->context;
     return role == 'd' ? note_dimensions(r, s->assets[index], &s->words[index]) : PM_OK;
@@ -298,8 +318,7 @@ static pm_status read_strings(pm_reading *r)
 {
     pm_word word;
     size_t count;
-    pm_status st =
-        pm_statement_count(r->lexer, "string arguments", &word, &count, r->parser->err);
+    pm_status st = count_strings(r, &word, &count);
     if (st)
         return st;
     bool fixed = !strpbrk(r->rules->strings, "*x+&") && !pm_type_takes_transform(r->rules);
@@ -318,6 +337,8 @@ static pm_status read_integers(pm_reading *r)
 {
     pm_word word;
     size_t count;
+    if (r->record)
+        return PM_OK; /* it has none */
     pm_status st =
         pm_statement_count(r->lexer, "integer arguments", &word, &count, r->parser->err);
     if (!st && count)
@@ -355,6 +376,10 @@ static pm_status real_error(const pm_reading *r, const pm_word *word, size_t ind
 static pm_status read_real(const pm_reading *r, size_t index, double *out)
 {
     pm_word word;
+    if (r->record) {
+        *out = r->record->reals[index];
+        return PM_OK;
+    }
     pm_status st = pm_lexer_word(r->lexer, &word, r->parser->err);
     if (st)
         return st;
@@ -377,14 +402,15 @@ static pm_word word_at(pm_lexer lexer, size_t index)
     return word;
 }
 
-static pm_status check_values(const pm_reading *r, const double *reals, pm_lexer place)
+static pm_status check_values(const pm_reading *r, const double *reals, const pm_lexer *place)
 {
     size_t index;
     const char *right = pm_check_reals(r->result.type, reals, r->result.real_count, &index);
     if (!right)
         return PM_OK;
-    char name[64];
-    pm_word word = word_at(place, index);
+    char name[64], number[32];
+    snprintf(number, sizeof number, "%.9g", reals[index]);
+    pm_word word = place ? word_at(*place, index) : record_word(number);
     pm_type_real_name(r->result.type, index, name, sizeof name);
     return PM_READING_FAIL(r, &word, PM_E_RANGE, "%s's %s is %.*s; %s", r->rules->name, name,
                            PM_WORD_SHOW(word), right);
@@ -414,12 +440,20 @@ static pm_status move(pm_reading *r, double *reals)
     return PM_OK;
 }
 
+static pm_status count_reals(const pm_reading *r, pm_word *word, size_t *count)
+{
+    *word = r->statement->type;
+    if (!r->record)
+        return pm_statement_count(r->lexer, "real arguments", word, count, r->parser->err);
+    *count = r->record->real_count;
+    return PM_OK;
+}
+
 static pm_status read_reals(pm_reading *r)
 {
     pm_word word;
     size_t count;
-    pm_status st =
-        pm_statement_count(r->lexer, "real arguments", &word, &count, r->parser->err);
+    pm_status st = count_reals(r, &word, &count);
     if (st)
         return st;
     if (!count_is_right(r, count))
@@ -436,13 +470,13 @@ static pm_status read_reals(pm_reading *r)
     double *reals = pm_arena_array(r->parser->arena, count, sizeof *reals);
     if (!reals)
         return pm_parser_memory_error(r->parser);
-    const pm_lexer place = *r->lexer;
+    const pm_lexer place = r->record ? (pm_lexer){0} : *r->lexer;
     r->result.real_count = (uint32_t)count;
     r->result.reals = reals;
     for (size_t i = 0; !st && i < count; i++)
         st = read_real(r, i, &reals[i]);
     if (!st)
-        st = check_values(r, reals, place);
+        st = check_values(r, reals, r->record ? NULL : &place);
     if (st)
         return st;
     pm_check_canonical(&r->result.type, reals, &r->result.real_count);

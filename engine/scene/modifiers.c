@@ -10,6 +10,8 @@ static int line_below(const pm_reading *r, const pm_word *name)
     pm_lexer lexer = r->arguments;
     pm_statement s = *r->statement;
     size_t reals;
+    if (r->record)
+        return 0;
     bool going =
         s.kind != PM_STATEMENT_PRIMITIVE || pm_statement_skip_arguments(&lexer, &reals);
     while (going && !pm_statement_next(&lexer, &s, NULL) && s.kind != PM_STATEMENT_END) {
@@ -179,6 +181,10 @@ pm_status pm_parser_chain(const pm_reading *r, pm_primitive *p)
 pm_status pm_parser_modifier(pm_reading *r)
 {
     const char *file;
+    if (r->record) {
+        r->result.modifier = r->record_modifier;
+        return PM_OK;
+    }
     const pm_word *name = modifier_word(r, &file);
     return pm_parser_reference(r, name, file, &r->result.modifier);
 }

@@ -76,7 +76,7 @@ static pm_status append(pm_reading *r)
     return PM_OK;
 }
 
-static pm_status read_primitive(pm_reading *r)
+pm_status pm_parser_primitive(pm_reading *r)
 {
     const char *file = r->frame->file->name;
     pm_status st = pm_type_find(&r->statement->type, file, &r->result.type, r->parser->err);
@@ -89,37 +89,86 @@ static pm_status read_primitive(pm_reading *r)
     return st ? st : append(r);
 }
 
+/* What the alias `new` stands for: a record whose alias has no modifier of its own says it as
+ * the modifier. */
+static pm_status alias_target(const pm_reading *r, bool *inherits, int32_t *out)
+{
+    const pm_statement *s = r->statement;
+    *inherits = r->record ? !s->target.text : pm_word_is(&s->modifier, "inherit");
+    if (r->record && *inherits)
+        *out = r->record_modifier;
+    else if (pm_word_is(&s->target, "void"))
+        *out = PM_VOID;
+    else
+        return pm_parser_reference(r, &s->target, r->frame->file->name, out);
+    return PM_OK;
+}
+
 /* `modifier alias new old`: what the old name means, or with a modifier of the alias's own a
  * copy of it (Radiance's readobj.c and m_alias.c). */
-static pm_status read_alias(pm_reading *r)
+pm_status pm_parser_alias(pm_reading *r)
 {
     const pm_statement *s = r->statement;
     pm_parser *parser = r->parser;
     int32_t target;
-    bool inherits = pm_word_is(&s->modifier, "inherit");
-    pm_status st = inherits ? PM_OK : pm_parser_modifier(r);
-    if (!st && pm_word_is(&s->target, "void"))
+    bool inherits;
+    pm_status st = alias_target(r, &inherits, &target);
+    if (!st && target == PM_VOID)
         return PM_READING_FAIL(r, &s->target, PM_E_SYNTAX,
                                "void cannot be aliased; name a modifier");
-    if (!st)
-        st = pm_parser_reference(r, &s->target, r->frame->file->name, &target);
+    if (!st && !inherits)
+        st = pm_parser_modifier(r);
     if (st)
         return st;
     int32_t modifier = r->result.modifier;
-    if (inherits || modifier == parser->primitives[target].modifier)
+    if (inherits || modifier == parser->primitives[target].modifier) {
+        parser->aliases++;
         return pm_names_set(&parser->names, &s->name, target) ? pm_parser_memory_error(parser)
                                                               : PM_OK;
+    }
     r->result = parser->primitives[target];
     r->result.modifier = modifier;
     return append(r);
+}
+
+void pm_parser_note_read(pm_parser *parser, const pm_digest *digest)
+{
+    if (parser->reads)
+        pm_bytes_append(parser->reads, digest->bytes, sizeof digest->bytes);
+}
+
+/* Files that are read again and again cost time, even if they hold nothing. */
+static pm_status note_text(pm_parser *parser, const pm_file *file)
+{
+    parser->bytes += file->size + PM_FILE_COST;
+    if (parser->bytes > parser->limits.bytes)
+        return pm_error_set_at(parser->err, PM_E_LIMIT, file->name, 0, 0,
+                               "the scene has more than %zu bytes of text; split it",
+                               parser->limits.bytes);
+    if (parser->reads) {
+        const pm_digest digest = pm_digest_of(file->data, file->size);
+        pm_parser_note_read(parser, &digest);
+    }
+    return PM_OK;
+}
+
+pm_status pm_parser_top_file(pm_parser *parser, const pm_frame *frame)
+{
+    pm_file_count *count = &parser->counts[frame->file - pm_bundle_at(parser->bundle, 0)];
+    const pm_file_count before = *count;
+    count->state = PM_COUNTING; /* who names it from below closes a circle */
+    pm_status st = pm_parser_file(parser, frame);
+    *count = before;
+    return st;
 }
 
 pm_status pm_parser_file(pm_parser *parser, const pm_frame *frame)
 {
     pm_lexer lexer;
     pm_statement statement = {.kind = PM_STATEMENT_COMMAND};
-    pm_status st = pm_lexer_init(&lexer, frame->file, parser->err);
-    parser->bytes += frame->file->size + PM_FILE_COST;
+    pm_status st = note_text(parser, frame->file);
+    if (!st)
+        st = pm_lexer_init(&lexer, frame->file, parser->err);
     while (!st && statement.kind != PM_STATEMENT_END) {
         pm_reading r = {
             .parser = parser, .frame = frame, .lexer = &lexer, .statement = &statement};
@@ -128,9 +177,9 @@ pm_status pm_parser_file(pm_parser *parser, const pm_frame *frame)
         if (!st && statement.kind == PM_STATEMENT_COMMAND)
             st = pm_parser_expand(parser, frame, &lexer);
         else if (!st && statement.kind == PM_STATEMENT_ALIAS)
-            st = read_alias(&r);
+            st = pm_parser_alias(&r);
         else if (!st && statement.kind == PM_STATEMENT_PRIMITIVE)
-            st = read_primitive(&r);
+            st = pm_parser_primitive(&r);
     }
     return st;
 }
@@ -169,12 +218,14 @@ static pm_status parse_main(pm_parser *parser, const pm_file *file)
 {
     size_t files = pm_bundle_count(parser->bundle);
     parser->counts = pm_arena_array(&parser->scratch, files, sizeof *parser->counts);
-    if (!parser->counts)
+    parser->newest_prototype =
+        pm_arena_array(&parser->scratch, files, sizeof *parser->newest_prototype);
+    if (!parser->counts || !parser->newest_prototype)
         return pm_parser_memory_error(parser);
-    parser->counts[file - pm_bundle_at(parser->bundle, 0)].state = PM_COUNTING;
     const pm_frame frame = {
         .file = file, .transform = pm_transform_identity(), .prefix = "", .depth = 1};
-    return pm_parser_file(parser, &frame);
+    return pm_octree_file_is(file->data, file->size) ? pm_parser_octree(parser, &frame)
+                                                     : pm_parser_top_file(parser, &frame);
 }
 
 static pm_status parse(pm_parser *parser, const pm_file *file, pm_scene *scene)
@@ -208,7 +259,8 @@ pm_status pm_scene_parse(const pm_bundle *bundle, const char *main_name,
         parser.assets ? parse(&parser, file, &memory->scene) : pm_parser_memory_error(&parser);
     pm_arena_clear(&parser.scratch);
     free(parser.words);
-    free(parser.prototype_files);
+    free(parser.prototype_origins);
+    free(parser.slots);
     memory->primitives = parser.primitives;
     memory->prototypes = parser.prototypes;
     memory->scene.primitives = parser.primitives;

@@ -2,6 +2,8 @@
 #define PM_SCENE_PARSER_H
 
 #include "base/arena.h"
+#include "base/bytes.h"
+#include "files/octree_file.h"
 #include "scene/assets.h"
 #include "scene/names.h"
 #include "scene/scene.h"
@@ -10,7 +12,8 @@
 #include "scene/xform.h"
 
 /* What parse.c (statements), modifiers.c (what names mean), arguments.c (of one primitive),
- * prototypes.c (octrees and meshes), count.c and expand.c (`!` lines) share. */
+ * octrees.c (files of records), prototypes.c (octrees and meshes that are placed), count.c and
+ * expand.c (`!` lines) share. */
 
 /* What reading a file costs beside its text [bytes]: an array of empty files must end, too. */
 enum { PM_FILE_COST = 1024 };
@@ -25,6 +28,12 @@ typedef struct pm_file_count {
     unsigned depth; /* of files below it, itself included */
 } pm_file_count;
 
+/* Where a prototype comes from. */
+typedef struct pm_prototype_origin {
+    const pm_file *file;
+    int32_t older; /* another prototype of the file, with other materials; -1 without */
+} pm_prototype_origin;
+
 typedef struct pm_parser {
     const pm_bundle *bundle;
     pm_scene_limits limits;
@@ -36,11 +45,16 @@ typedef struct pm_parser {
     pm_primitive *primitives;
     size_t count, capacity;
     uint64_t reals, bytes;
+    uint64_t aliases; /* that are no primitives of their own */
     pm_assets *assets;
     pm_prototype *prototypes;
-    const pm_file **prototype_files;
+    pm_prototype_origin *prototype_origins;
     size_t prototype_count, prototype_capacity;
-    pm_word *words; /* string arguments of the primitive in hand */
+    int32_t *newest_prototype; /* by file: its newest prototype + 1; 0 without */
+    int32_t *slots;            /* of the mesh in hand */
+    size_t slot_capacity;
+    pm_bytes *reads; /* digests of the files read for a prototype; NULL for the main scene */
+    pm_word *words;  /* string arguments of the primitive in hand */
     size_t word_capacity;
 } pm_parser;
 
@@ -60,11 +74,13 @@ typedef struct pm_frame {
     const pm_word *place;
 } pm_frame;
 
-/* One primitive while it is read. */
+/* One primitive while it is read, from text or from a record of a binary file. */
 typedef struct pm_reading {
     pm_parser *parser;
     const pm_frame *frame;
-    pm_lexer *lexer;
+    pm_lexer *lexer;         /* of text */
+    const pm_record *record; /* NULL for text */
+    int32_t record_modifier; /* what its modifier is in the scene */
     const pm_statement *statement;
     const pm_type *rules;
     pm_primitive result;
@@ -97,7 +113,25 @@ PM_MUST_USE pm_status pm_parser_prototype(const pm_reading *r, const pm_file *fi
                                           const pm_word *word, int32_t *out);
 PM_MUST_USE pm_status pm_parser_prototypes(pm_parser *parser);
 
+/* parse.c: reads the primitive, or the alias, that the statement starts. */
+PM_MUST_USE pm_status pm_parser_primitive(pm_reading *r);
+PM_MUST_USE pm_status pm_parser_alias(pm_reading *r);
+
+/* parse.c: adds a file's digest to those read for the prototype in hand. */
+void pm_parser_note_read(pm_parser *parser, const pm_digest *digest);
+
+/* octrees.c: reads an octree file's primitives, or the scene files that it names. */
+PM_MUST_USE pm_status pm_parser_octree(pm_parser *parser, const pm_frame *frame);
+
+/* octrees.c: makes primitives of records. `map` (NULL, or [records->count]) receives the
+ * primitive that each stands for, PM_VOID for a surface. */
+PM_MUST_USE pm_status pm_parser_records(pm_parser *parser, const pm_frame *frame,
+                                        const pm_records *records, int32_t *map);
+
 PM_MUST_USE pm_status pm_parser_file(pm_parser *parser, const pm_frame *frame);
+
+/* The same for a file that no `!` line names: the main file, or one of an octree. */
+PM_MUST_USE pm_status pm_parser_top_file(pm_parser *parser, const pm_frame *frame);
 
 /* Reads the command after a '!' and parses what it names. */
 PM_MUST_USE pm_status pm_parser_expand(pm_parser *parser, const pm_frame *frame,
