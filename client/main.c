@@ -58,6 +58,14 @@ static const struct verb verbs[] = {
      pm_check_trace, pm_verb_trace},
     {"pmapinfo", PM_VERB_PMAPINFO, 0, "pmapinfo FILE...", "what map files hold",
      "  pmclient pmapinfo room.gpm", pm_check_pmapinfo, pm_verb_pmapinfo},
+    {"pmapdump", PM_VERB_PMAPDUMP, 0, "pmapdump [OPTION...] MAP... | pmapdump RADIUS MAP...",
+     "photons as a scene of spheres, on standard output",
+     "Each option is for the next map alone. With a radius in front every photon is a sphere "
+     "of "
+     "that radius.\n\n"
+     "  pmclient pmapdump .01 room.gpm room.cpm | pmclient oconv -n 16 - room.rad > dump.oct\n"
+     "  pmclient pmapdump -n 20k -f room.gpm > photons.rad",
+     pm_check_pmapdump, pm_verb_pmapdump},
     {"scene", PM_VERB_SCENE, 0, "scene check SCENE.rad", "what a scene holds, or what is wrong",
      "  pmclient scene check room.rad", pm_check_look, pm_verb_look},
     {"map", PM_VERB_MAP, 0, "map list | info KEY | fetch KEY -o FILE",

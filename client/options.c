@@ -17,7 +17,8 @@ enum {
     LOOKING = RENDERING | RADIANCE,
     WORKING = LOOKING | PM_VERB_MKPMAP,
     ONLINE = WORKING | PM_VERB_SCENE | PM_VERB_MAP | PM_VERB_JOB,
-    ALL = ONLINE | PM_VERB_PMAPINFO,
+    MAPS = PM_VERB_PMAPINFO | PM_VERB_PMAPDUMP,
+    ALL = ONLINE | MAPS,
 };
 
 struct option;
@@ -359,6 +360,34 @@ static pm_status take_allowed(struct words *words)
     return PM_OK;
 }
 
+static pm_status take_dump_count(struct words *words)
+{
+    return take_count(words, "photons", 1, UINT64_C(1) << 53, &words->out->dump.count);
+}
+
+static pm_status take_dump_radius(struct words *words)
+{
+    double *scale = &words->out->dump.radius_scale;
+    pm_status st = take_number(words, "a factor", scale);
+    if (!st && !(*scale > 0))
+        st = bad(words, words->argv[words->at - 1], "a factor greater than 0");
+    return st;
+}
+
+static pm_status take_dump_color(struct words *words)
+{
+    pm_dump_option *dump = &words->out->dump;
+    double *const channels[3] = {&dump->color.r, &dump->color.g, &dump->color.b};
+    pm_status st = PM_OK;
+    dump->colored = true;
+    for (int i = 0; i < 3 && !st; i++) {
+        st = take_number(words, "a colour: r g b", channels[i]);
+        if (!st && !(*channels[i] >= 0))
+            st = bad(words, words->argv[words->at - 1], "radiances of 0 or more");
+    }
+    return st;
+}
+
 static pm_status take_server(struct words *words)
 {
     return take_text(words, "an address such as http://127.0.0.1:8080", &words->out->server);
@@ -380,6 +409,7 @@ struct option {
 };
 
 #define SWITCH(member, to) set_switch, offsetof(pm_options, member), to
+#define DUMP(member, to)   set_switch, offsetof(pm_options, dump.member), to
 #define TAKE(take)         take, 0, false
 
 static pm_status set_switch(struct words *words)
@@ -462,9 +492,20 @@ static const struct option options[] = {
     {"--allow", WORKING | PM_VERB_SCENE, "DIR",
      "files of this folder may be sent, too; without it those beside the scene and in RAYPATH",
      TAKE(take_allowed)},
-    {"--server", ONLINE, "URL", "a running server (PM_SERVER); without one, a private one",
-     TAKE(take_server)},
-    {"--token-file", ONLINE, "FILE", "bearer token of the server (PM_TOKEN_FILE)",
+    {"-n", PM_VERB_PMAPDUMP, "N", "photons of the next map at most (10k)",
+     TAKE(take_dump_count)},
+    {"-r", PM_VERB_PMAPDUMP, "SCALE", "of its spheres' radius (1)", TAKE(take_dump_radius)},
+    {"-c", PM_VERB_PMAPDUMP, "R G B", "their colour", TAKE(take_dump_color)},
+    {"-f", PM_VERB_PMAPDUMP, "", "coloured by each photon's flux", DUMP(by_flux, true)},
+    {"-f+", PM_VERB_PMAPDUMP, "", "the same", DUMP(by_flux, true)},
+    {"-f-", PM_VERB_PMAPDUMP, "", "one colour (the default)", DUMP(by_flux, false)},
+    {"-a", PM_VERB_PMAPDUMP, "", "lines of `x y z r g b` instead of spheres",
+     DUMP(points, true)},
+    {"-a+", PM_VERB_PMAPDUMP, "", "the same", DUMP(points, true)},
+    {"-a-", PM_VERB_PMAPDUMP, "", "spheres (the default)", DUMP(points, false)},
+    {"--server", ONLINE | MAPS, "URL",
+     "a running server (PM_SERVER); without one, a private one", TAKE(take_server)},
+    {"--token-file", ONLINE | MAPS, "FILE", "bearer token of the server (PM_TOKEN_FILE)",
      TAKE(take_token_file)},
     {"--json", PM_VERB_SCENE | PM_VERB_MAP | PM_VERB_JOB, "",
      "the server's document as it came", SWITCH(json, true)},
@@ -531,6 +572,8 @@ static pm_status take_option(struct words *words)
     return refuse(words);
 }
 
+static const pm_dump_option default_dump = {.count = 10000, .radius_scale = 1};
+
 static pm_status take_operand(struct words *words)
 {
     pm_options *out = words->out;
@@ -538,8 +581,10 @@ static pm_status take_operand(struct words *words)
         return pm_error_set(words->err, PM_E_UNSUPPORTED,
                             "%s: options are not read from a file; say $(cat %s)",
                             words->option, words->option + 1);
-    if (out->operand_count == sizeof out->operands / sizeof *out->operands)
+    if (out->operand_count == PM_OPERANDS_MAX)
         return pm_error_set(words->err, PM_E_RANGE, "%s: too many files", words->option);
+    out->dumps[out->operand_count] = out->dump;
+    out->dump = default_dump;
     out->operands[out->operand_count++] = words->option;
     return PM_OK;
 }
@@ -558,7 +603,8 @@ pm_status pm_options_parse(pm_verb verb, int argc, char **argv, pm_options *out,
                          .ambient_bounces = verb & RENDERING ? 1 : 0,
                          .x = 512,
                          .y = 512,
-                         .pixel_aspect = 1};
+                         .pixel_aspect = 1,
+                         .dump = default_dump};
     struct words words = {.argc = argc, .argv = argv, .out = &result, .err = err};
     while (words.at < argc) {
         words.option = argv[words.at++];

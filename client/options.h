@@ -7,6 +7,7 @@
 
 #include "backward/view.h"
 #include "base/error.h"
+#include "base/rgb.h"
 #include "forward/photon.h"
 
 /* The command line: Radiance's option spellings where Radiance has one. */
@@ -22,9 +23,20 @@ typedef enum pm_verb {
     PM_VERB_MAP = 1 << 6,
     PM_VERB_JOB = 1 << 7,
     PM_VERB_PMAPINFO = 1 << 8,
+    PM_VERB_PMAPDUMP = 1 << 9,
 } pm_verb;
 
-enum { PM_OUTPUTS_MAX = 8, PM_ALLOWED_MAX = 16 };
+/* How one map is dumped: the options before its name. */
+typedef struct pm_dump_option {
+    uint64_t count;        /* -n: photons at most */
+    double radius_scale;   /* -r */
+    double radius;         /* of all spheres [scene units]; 0: fitting */
+    bool points;           /* -a: lines of x y z r g b, no scene */
+    bool by_flux, colored; /* -f; -c */
+    pm_rgb color;          /* of -c */
+} pm_dump_option;
+
+enum { PM_OPERANDS_MAX = 16, PM_OUTPUTS_MAX = 8, PM_ALLOWED_MAX = 16 };
 
 /* What was said about one kind of map. */
 typedef struct pm_map_option {
@@ -39,8 +51,9 @@ typedef struct pm_options {
     const char *server;     /* --server or PM_SERVER; NULL: a private one */
     const char *token_file; /* --token-file or PM_TOKEN_FILE */
     bool quiet, verbose, help;
-    const char *operands[16]; /* words that are no options */
+    const char *operands[PM_OPERANDS_MAX]; /* words that are no options */
     unsigned operand_count;
+    pm_dump_option dump, dumps[PM_OPERANDS_MAX]; /* pmapdump: of the next operand, of each */
 
     pm_map_option maps[PM_MAP_KINDS];
     const char *detected_map; /* -ap FILE: its kind is read from the file */

@@ -1,10 +1,8 @@
 #include "verbs.h"
 
 #include <inttypes.h>
-#include <stdlib.h>
 
-#include "file_bytes.h"
-#include "photons/photon_map.h"
+#include "map_source.h"
 
 static void print_info(const char *path, const pm_photon_map *map, const char *command)
 {
@@ -25,23 +23,6 @@ static void print_info(const char *path, const pm_photon_map *map, const char *c
         printf("Note:         %s\n", header->note);
 }
 
-static pm_status info(const char *path, pm_error *err)
-{
-    pm_file_bytes file;
-    pm_photon_map *map = NULL;
-    char *command = NULL;
-    pm_status st = pm_file_bytes_open(&file, path, err);
-    if (st)
-        return st;
-    st = pm_photon_map_read(file.data, file.size, path, &map, &command, err);
-    if (!st)
-        print_info(path, map, command);
-    free(command);
-    pm_photon_map_free(map);
-    pm_file_bytes_close(&file);
-    return st;
-}
-
 pm_status pm_check_pmapinfo(const pm_options *options, pm_error *err)
 {
     if (options->operand_count)
@@ -51,11 +32,15 @@ pm_status pm_check_pmapinfo(const pm_options *options, pm_error *err)
 
 pm_status pm_verb_pmapinfo(const pm_options *options, pm_error *err)
 {
+    pm_map_source source = {.options = options};
     pm_status st = PM_OK;
     for (unsigned i = 0; i < options->operand_count && !st; i++) {
-        if (i)
+        st = pm_map_source_open(&source, options->operands[i], err);
+        if (i && !st)
             putchar('\n');
-        st = info(options->operands[i], err);
+        if (!st)
+            print_info(options->operands[i], source.map, source.command);
     }
+    pm_map_source_close(&source);
     return st;
 }

@@ -10,6 +10,7 @@ PM_MUST_USE pm_status pm_check_render(const pm_options *options, pm_error *err);
 PM_MUST_USE pm_status pm_check_trace(const pm_options *options, pm_error *err); /* and rtrace */
 PM_MUST_USE pm_status pm_check_mkpmap(const pm_options *options, pm_error *err);
 PM_MUST_USE pm_status pm_check_pmapinfo(const pm_options *options, pm_error *err);
+PM_MUST_USE pm_status pm_check_pmapdump(const pm_options *options, pm_error *err);
 PM_MUST_USE pm_status pm_check_look(const pm_options *options, pm_error *err);
 
 /* What each verb does with its options once they are checked. On failure the error says why;
@@ -18,6 +19,7 @@ PM_MUST_USE pm_status pm_verb_render(const pm_options *options, pm_error *err); 
 PM_MUST_USE pm_status pm_verb_trace(const pm_options *options, pm_error *err);  /* and rtrace */
 PM_MUST_USE pm_status pm_verb_mkpmap(const pm_options *options, pm_error *err);
 PM_MUST_USE pm_status pm_verb_pmapinfo(const pm_options *options, pm_error *err);
+PM_MUST_USE pm_status pm_verb_pmapdump(const pm_options *options, pm_error *err);
 PM_MUST_USE pm_status pm_verb_look(const pm_options *options,
                                    pm_error *err); /* scene map job */
 

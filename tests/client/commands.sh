@@ -10,6 +10,15 @@ expect 0 "Kind:         global" "$pm" pmapinfo box.gpm
 expect 0 "mkpmap -apg box.gpm 5k" "$pm" pmapinfo box.gpm
 expect 0 "Kind:         caustic" "$pm" pmapinfo box.cpm
 
+# A dump is a scene: a comment, a glow, and so many spheres; the seed's form takes every photon.
+expect 0 "mat.global sphere obj.global" "$pm" pmapdump box.gpm
+[ "$("$pm" pmapdump -n 300 box.gpm | grep -c sphere)" = 300 ] || fail "pmapdump -n"
+[ "$("$pm" pmapdump -a -n 300 -f box.gpm | awk 'NF == 6' | wc -l)" = 300 ] || fail "pmapdump -a"
+[ "$("$pm" pmapdump .01 box.gpm box.cpm | grep -c ' 0\.01$')" -gt 6900 ] || fail "pmapdump RADIUS"
+"$pm" pmapdump -n 50 -c 1 0 0 box.gpm -n 20 -f box.cpm | cat box.rad - >dump.rad
+expect 0 "" "$pm" scene check dump.rad
+expect 2 "exclude each other" "$pm" pmapdump -f -c 1 1 1 box.gpm
+
 # The wanted count within 2 %.
 photons=$("$pm" pmapinfo box.gpm | sed -n 's/^Photons: *//p')
 if [ "$photons" -lt 4900 ] || [ "$photons" -gt 5100 ]; then
@@ -49,6 +58,7 @@ key=$("$pm" map list -q | sed -n '1s/ .*//p')
 expect 0 "$key" "$pm" map info "$key"
 expect 0 "" "$pm" map fetch "$key" -o fetched.map
 expect 0 "Kind:" "$pm" pmapinfo fetched.map
+expect 0 "Kind:" "$pm" pmapinfo "$key"
 job=$("$pm" job list -q | sed -n '1s/ .*//p')
 expect 0 "$job" "$pm" job show "$job"
 

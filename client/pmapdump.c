@@ -1,0 +1,174 @@
+#include "verbs.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "map_source.h"
+
+/* Photons as a scene of spheres, as Radiance's pmapdump writes them; or as points. */
+
+/* Of an average distance between spheres (Radiance's RADCOEFF). */
+static const double radius_share = .05;
+
+struct dump {
+    const pm_dump_option *option;
+    const pm_photon_map *map;
+    size_t photons, taken;
+    double radius;
+    double watts; /* that a photon of flux 1 stands for, those left out included */
+    const char *kind;
+};
+
+static pm_vec3 position_of(const struct dump *dump, const pm_photon *photon)
+{
+    const pm_map_header *header = pm_photon_map_header(dump->map);
+    return pm_vec3_madd(header->world_center, header->world_scale, pm_photon_position(photon));
+}
+
+/* ---- which photons, how large ---- */
+
+/* Radius after the mean distance that so many spheres have along the line, over the plane or in
+ * the volume that the photons fill. */
+static double fitting_radius(const struct dump *dump)
+{
+    pm_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
+    for (size_t i = 0; i < dump->photons; i++) {
+        pm_photon photon;
+        pm_photon_map_photon(dump->map, i, &photon);
+        pm_vec3 p = pm_photon_position(&photon);
+        low = (pm_vec3){fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z)};
+        high = (pm_vec3){fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z)};
+    }
+    double world_scale = pm_photon_map_header(dump->map)->world_scale, extent = 1;
+    const double edges[3] = {high.x - low.x, high.y - low.y, high.z - low.z};
+    int dimensions = 0;
+    for (int i = 0; i < 3; i++) {
+        if (edges[i] > 0x1p-20) { /* beyond the rounding of photons on a plane */
+            extent *= edges[i] * world_scale;
+            dimensions++;
+        }
+    }
+    double room =
+        dimensions ? pow(extent / (double)dump->taken, 1.0 / dimensions) : world_scale;
+    return dump->option->radius_scale * radius_share * room;
+}
+
+/* Every photon, or evenly `taken` of them along the stored order, which goes through space. */
+static bool is_taken(const struct dump *dump, size_t i)
+{
+    return (i + 1) * dump->taken / dump->photons > i * dump->taken / dump->photons;
+}
+
+static void prepare(struct dump *dump)
+{
+    const pm_map_header *header = pm_photon_map_header(dump->map);
+    const pm_dump_option *option = dump->option;
+    dump->kind = pm_map_kind_name(header->kind);
+    dump->photons = pm_photon_map_count(dump->map);
+    dump->taken = option->count < dump->photons ? (size_t)option->count : dump->photons;
+    if (!dump->taken)
+        return;
+    dump->radius = option->radius > 0 ? option->radius : fitting_radius(dump);
+    double left_out = (double)dump->photons / (double)dump->taken;
+    dump->watts = header->flux_scale * header->world_scale * header->world_scale * left_out /
+                  (double)header->paths;
+}
+
+/* ---- output ---- */
+
+static void print_material(const struct dump *dump, pm_rgb color)
+{
+    printf("void glow mat.%s\n0\n0\n4 %g %g %g 0\n\n", dump->kind, color.r, color.g, color.b);
+}
+
+static void print_photon(const struct dump *dump, const pm_photon *photon)
+{
+    const pm_dump_option *option = dump->option;
+    pm_vec3 p = position_of(dump, photon);
+    pm_rgb color =
+        option->by_flux ? pm_rgb_scale(pm_photon_flux(photon), dump->watts) : option->color;
+    if (option->points) {
+        printf("%.9g\t%.9g\t%.9g\t%g\t%g\t%g\n", p.x, p.y, p.z, color.r, color.g, color.b);
+        return;
+    }
+    if (option->by_flux)
+        print_material(dump, color);
+    printf("mat.%s sphere obj.%s\n0\n0\n4 %.9g %.9g %.9g %g\n\n", dump->kind, dump->kind, p.x,
+           p.y, p.z, dump->radius);
+}
+
+static void print_dump(const struct dump *dump)
+{
+    if (!dump->option->points)
+        printf("# %s\n", pm_command_line);
+    if (!dump->option->points && !dump->option->by_flux)
+        print_material(dump, dump->option->color);
+    for (size_t i = 0; i < dump->photons; i++) {
+        pm_photon photon;
+        if (!is_taken(dump, i))
+            continue;
+        pm_photon_map_photon(dump->map, i, &photon);
+        print_photon(dump, &photon);
+    }
+}
+
+/* Blue, red and green for global, caustic and volume photons, as Radiance has them. */
+static pm_rgb kind_color(pm_map_kind kind)
+{
+    static const pm_rgb colors[PM_MAP_KINDS] = {[PM_MAP_GLOBAL] = {.25, .25, 2},
+                                                [PM_MAP_CAUSTIC] = {1, .1, .1},
+                                                [PM_MAP_VOLUME] = {.1, 1, .1}};
+    return colors[kind];
+}
+
+/* ---- the verb ---- */
+
+/* The seed's form: a radius before the files, for every photon of each. */
+static bool leading_radius(const pm_options *options, double *radius)
+{
+    char *end;
+    if (!options->operand_count || !access(options->operands[0], F_OK))
+        return false;
+    *radius = strtod(options->operands[0], &end);
+    return end != options->operands[0] && !*end && isfinite(*radius) && *radius > 0;
+}
+
+pm_status pm_check_pmapdump(const pm_options *options, pm_error *err)
+{
+    double radius;
+    unsigned files = options->operand_count - leading_radius(options, &radius);
+    for (unsigned i = 0; i < options->operand_count; i++)
+        if (options->dumps[i].by_flux && options->dumps[i].colored)
+            return pm_error_set(err, PM_E_RANGE, "-f and -c exclude each other; give one");
+    if (files)
+        return PM_OK;
+    return pm_error_set(err, PM_E_MISSING,
+                        "a map's file is missing: pmapdump [RADIUS] FILE...");
+}
+
+pm_status pm_verb_pmapdump(const pm_options *options, pm_error *err)
+{
+    pm_map_source source = {.options = options};
+    double radius = 0;
+    pm_status st = PM_OK;
+    for (unsigned i = leading_radius(options, &radius); i < options->operand_count && !st;
+         i++) {
+        pm_dump_option option = options->dumps[i];
+        st = pm_map_source_open(&source, options->operands[i], err);
+        if (st)
+            break;
+        if (radius > 0) {
+            option.radius = radius;
+            option.count = UINT64_MAX;
+        }
+        if (!option.colored)
+            option.color = kind_color(pm_photon_map_header(source.map)->kind);
+        struct dump dump = {.option = &option, .map = source.map};
+        prepare(&dump);
+        print_dump(&dump);
+    }
+    pm_map_source_close(&source);
+    return st;
+}
