@@ -234,7 +234,7 @@ static pm_status transform_option(struct reader *r)
         return rescale(r);
     if (pm_word_is(word(r), "-a") || pm_word_is(word(r), "-i"))
         return repeat(r, option[1] == 'a');
-    if (strlen(option) == 3 && strchr("xyz", option[2])) {
+    if (word(r)->length == 3 && strchr("xyz", option[2])) {
         int axis = option[2] - 'x';
         if (option[1] == 'r')
             return rotate(r, axis);
@@ -348,15 +348,29 @@ pm_status pm_xform_parse(const pm_command *command, pm_arena *arena, pm_xform *o
     return st;
 }
 
-pm_status pm_xform_parse_transform(const pm_word *words, size_t count, const char *file,
+/* Words of a command end in zero, those of a file do not. */
+static const pm_word *terminated(const pm_word *words, size_t count, pm_arena *arena)
+{
+    pm_word *copies = pm_arena_array(arena, count, sizeof *copies);
+    for (size_t i = 0; copies && i < count; i++) {
+        copies[i] = words[i];
+        copies[i].text = pm_arena_text(arena, words[i].text, words[i].length);
+        if (!copies[i].text)
+            return NULL;
+    }
+    return copies;
+}
+
+pm_status pm_xform_parse_transform(const pm_word *file_words, size_t count, const char *file,
                                    pm_arena *arena, pm_transform *out, pm_error *err)
 {
+    const pm_word *words = terminated(file_words, count, arena);
     const pm_command command = {file, words, count};
     pm_xform xform = {.prefix = "", .instances = 1, .group_count = 1};
     struct reader r = {
         .command = &command, .err = err, .arena = arena, .xform = &xform, .moving = true};
     r.groups = pm_arena_array(arena, PM_XFORM_GROUPS, sizeof *r.groups);
-    if (!r.groups)
+    if (!r.groups || !words)
         return pm_error_set(err, PM_E_MEMORY, "not enough memory for a transform of the scene");
     r.groups[0] = (pm_xform_group){.transform = pm_transform_identity(), .count = 1};
     xform.groups = r.groups;
