@@ -72,21 +72,25 @@ static pm_status visit_string(struct search *s, const pm_word *word, char role)
     return terminated.text ? visit_word(s, &terminated, role) : PM_E_MEMORY;
 }
 
-/* Passes the primitive's arguments. *broken if they break off. */
+/* Passes the primitive's arguments. *broken if they break off: the parser, which reads strings
+ * first, is to find the files of those. */
 static pm_status visit_primitive(struct search *s, const pm_statement *statement,
                                  pm_lexer *lexer, bool *broken)
 {
     pm_primitive_type type;
     pm_lexer strings = *lexer;
     pm_word word;
-    size_t count, reals;
-    *broken = pm_type_find(&statement->type, s->file->name, &type, NULL) ||
-              !pm_statement_skip_arguments(lexer, &reals);
+    size_t count = 0, reals;
     pm_status st = PM_OK;
+    *broken = pm_type_find(&statement->type, s->file->name, &type, NULL) != PM_OK;
     if (*broken || pm_statement_count(&strings, "arguments", &word, &count, NULL))
-        return st;
-    for (size_t i = 0; !st && i < count && !pm_lexer_word(&strings, &word, NULL); i++)
+        return PM_OK;
+    for (size_t i = 0; !st && i < count; i++) {
+        if (pm_lexer_word(&strings, &word, NULL) || !word.text)
+            break;
         st = visit_string(s, &word, pm_type_string_role(pm_type_get(type), i, 0));
+    }
+    *broken = !pm_statement_skip_arguments(lexer, &reals);
     return st;
 }
 
