@@ -29,7 +29,8 @@ static int line_below(const pm_reading *r, const pm_word *name)
 static const pm_primitive *surface_named(const pm_parser *parser, const pm_word *name)
 {
     for (size_t i = parser->count; i-- > 0;)
-        if (pm_word_is(name, parser->primitives[i].name))
+        if (pm_primitive_is_surface(parser->primitives[i].type) &&
+            pm_word_is(name, parser->primitives[i].name))
             return &parser->primitives[i];
     return NULL;
 }
