@@ -10,8 +10,9 @@ static const struct program {
     const char *name;
     generator *run;
 } programs[] = {
-    {"genbox", pm_genbox}, {"genprism", pm_genprism},   {"genblinds", pm_genblinds},
-    {"gensky", pm_gensky}, {"gendaylit", pm_gendaylit},
+    {"genbox", pm_genbox},   {"gensurf", pm_gensurf},     {"genrev", pm_genrev},
+    {"genworm", pm_genworm}, {"genprism", pm_genprism},   {"genblinds", pm_genblinds},
+    {"gensky", pm_gensky},   {"gendaylit", pm_gendaylit},
 };
 
 static const struct program *find(const char *name)
@@ -29,7 +30,7 @@ bool pm_generate_knows(const char *program)
 
 const char *pm_generate_programs(void)
 {
-    return "genbox, genprism, genblinds, gensky, gendaylit";
+    return "genbox, gensurf, genrev, genworm, genprism, genblinds, gensky, gendaylit";
 }
 
 /* An option's value that follows a fixed number of words. */

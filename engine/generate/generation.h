@@ -20,6 +20,9 @@ typedef struct pm_generation {
 PM_MUST_USE pm_status pm_genbox(pm_generation *g);
 PM_MUST_USE pm_status pm_genprism(pm_generation *g);
 PM_MUST_USE pm_status pm_genblinds(pm_generation *g);
+PM_MUST_USE pm_status pm_gensurf(pm_generation *g);
+PM_MUST_USE pm_status pm_genrev(pm_generation *g);
+PM_MUST_USE pm_status pm_genworm(pm_generation *g);
 PM_MUST_USE pm_status pm_gensky(pm_generation *g);
 PM_MUST_USE pm_status pm_gendaylit(pm_generation *g);
 
