@@ -93,8 +93,7 @@ static pm_status count_values(struct reading *r, size_t *out)
             count = SIZE_MAX;
     if (!fits(r, count))
         return pm_words_error(&r->words, PM_E_SYNTAX, r->err,
-                              "the dimensions announce %zu values, more than the file holds",
-                              count);
+                              "the dimensions announce more values than the file holds");
     *out = count;
     return PM_OK;
 }

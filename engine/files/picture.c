@@ -98,7 +98,7 @@ static pm_status read_header(struct reading *r)
     const char *line;
     size_t length;
     if (!next_line(r, &line, &length) || !starts_with(line, length, "#?"))
-        return bad(r, PM_E_SYNTAX, "is no Radiance picture: it does not start with '#?'");
+        return bad(r, PM_E_SYNTAX, "no Radiance picture: it does not start with '#?'");
     pm_status st = PM_OK;
     while (!st) {
         if (!next_line(r, &line, &length))

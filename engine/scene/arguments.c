@@ -546,6 +546,25 @@ static pm_status compile_functions(pm_reading *r)
     return st;
 }
 
+/* Textures and patterns are asked before there is what these values are made of. */
+static pm_status check_values_used(pm_reading *r)
+{
+    const pm_language *language = pm_assets_language(r->parser->assets);
+    const pm_function functions[] = {r->result.expressions, r->result.functions};
+    uint64_t uses = 0;
+    if (pm_primitive_is_material(r->result.type))
+        return PM_OK;
+    for (int i = 0; i < 2; i++)
+        if (functions[i] != PM_NO_FUNCTION)
+            uses |= pm_function_uses(language, functions[i]);
+    if (!(uses & (PM_RAY_OF_MATERIALS | PM_RAY_OF_PRISMS)))
+        return PM_OK;
+    return PM_READING_FAIL(r, &r->statement->type, PM_E_MISSING,
+                           "%s '%.*s' uses one of NxP NyP NzP RdotP CrP CgP CbP DxA DyA DzA, "
+                           "which only materials have",
+                           r->rules->name, PM_WORD_SHOW(r->statement->name));
+}
+
 pm_status pm_parser_arguments(pm_reading *r)
 {
     pm_status st = read_strings(r);
@@ -553,5 +572,7 @@ pm_status pm_parser_arguments(pm_reading *r)
         st = read_integers(r);
     if (!st)
         st = read_reals(r);
-    return st ? st : compile_functions(r);
+    if (!st)
+        st = compile_functions(r);
+    return st ? st : check_values_used(r);
 }

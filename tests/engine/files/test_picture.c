@@ -202,7 +202,7 @@ static void pictures_say_what_is_wrong(void **state)
     (void)state;
 #define REFUSES(text, message) refuses(text, sizeof(text) - 1, message)
     REFUSES("", "p.hdr: the picture is empty");
-    REFUSES("\x89PNG\n", "p.hdr: is no Radiance picture: it does not start with '#?'");
+    REFUSES("\x89PNG\n", "p.hdr: no Radiance picture: it does not start with '#?'");
     REFUSES("#?RADIANCE\nX=1\n", "p.hdr: the picture's header has no end");
     REFUSES("#?RADIANCE\nFORMAT=ascii\n\n",
             "p.hdr: the picture's format is 'ascii'; 32-bit_rle_rgbe and 32-bit_rle_xyze are "

@@ -27,8 +27,8 @@ static void add_scene_files(pm_bundle *bundle, const char *folder)
     assert_non_null(dir);
     for (struct dirent *entry; (entry = readdir(dir));) {
         char path[1024];
-        size_t size, length = strlen(entry->d_name);
-        if (length < 5 || strcmp(entry->d_name + length - 4, ".rad") != 0)
+        size_t size;
+        if (entry->d_name[0] == '.' || strcmp(entry->d_name, "error") == 0)
             continue;
         snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
         char *text = read_text(path, &size);
