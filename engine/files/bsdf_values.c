@@ -182,8 +182,10 @@ static bool add_character(struct pm_bsdf_values *v, char c)
 bool pm_bsdf_values_add(struct pm_bsdf_values *v, const char *text, size_t size)
 {
     for (size_t i = 0; i < size; i++)
-        if (!add_character(v, text[i]))
+        if (!add_character(v, text[i])) {
+            v->at = (ptrdiff_t)i - (ptrdiff_t)v->length;
             return false;
+        }
     return true;
 }
 

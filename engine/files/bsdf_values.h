@@ -29,6 +29,7 @@ struct pm_bsdf_values {
     uint32_t root;
 
     pm_status status; /* why an addition failed */
+    ptrdiff_t at;     /* and where in its text; below 0 if in one before it */
     char message[160];
 };
 

@@ -108,20 +108,26 @@ struct reader {
 
 /* ---- errors ---- */
 
+/* An error `offset` bytes behind where the parser stands. */
+static void refuse_text(struct reader *r, pm_status status, int offset, const char *text)
+{
+    if (r->status)
+        return;
+    r->status =
+        pm_error_set_at(r->err, status, r->name, (int)XML_GetCurrentLineNumber(r->parser),
+                        (int)XML_GetCurrentColumnNumber(r->parser) + 1 + offset, "%s", text);
+    XML_StopParser(r->parser, XML_FALSE);
+}
+
 __attribute__((format(printf, 3, 4))) static void refuse(struct reader *r, pm_status status,
                                                          const char *format, ...)
 {
     char text[512];
-    if (r->status)
-        return;
     va_list args;
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
-    r->status =
-        pm_error_set_at(r->err, status, r->name, (int)XML_GetCurrentLineNumber(r->parser),
-                        (int)XML_GetCurrentColumnNumber(r->parser) + 1, "%s", text);
-    XML_StopParser(r->parser, XML_FALSE);
+    refuse_text(r, status, 0, text);
 }
 
 static void no_memory(struct reader *r)
@@ -301,7 +307,8 @@ static void XMLCALL on_text(void *user, const char *text, int length)
         return;
     if (now(r) == SCATTERING) {
         if (r->band >= 0 && !pm_bsdf_values_add(&r->values, text, (size_t)length))
-            refuse(r, r->values.status, "%s", r->values.message);
+            refuse_text(r, r->values.status, r->values.at > 0 ? (int)r->values.at : 0,
+                        r->values.message);
         return;
     }
     size_t size = (size_t)length, room = sizeof r->text - 1 - r->length;
@@ -652,7 +659,9 @@ pm_status pm_bsdf_text_read(const void *bytes, size_t size, const char *name,
                             struct pm_bsdf_text *out, pm_error *err)
 {
     struct reader *r = calloc(1, sizeof *r);
-    XML_Parser parser = r ? XML_ParserCreate(NULL) : NULL;
+    /* memory of this library's linkage, so that tests can make it fail */
+    const XML_Memory_Handling_Suite memory = {malloc, realloc, free};
+    XML_Parser parser = r ? XML_ParserCreate_MM(NULL, &memory, NULL) : NULL;
     if (!parser) {
         free(r);
         return pm_error_set(err, PM_E_MEMORY, "%s: not enough memory", name);

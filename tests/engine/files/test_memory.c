@@ -1,5 +1,6 @@
 #include "files_test.h"
 
+#include "files/bsdf.h"
 #include "files/data.h"
 #include "files/font.h"
 #include "files/mesh.h"
@@ -172,12 +173,57 @@ static void data_pictures_and_fonts(void **state)
     pm_bytes_clear(&font);
 }
 
+static pm_status read_bsdf(const pm_bytes *bytes, pm_error *err)
+{
+    pm_bsdf *bsdf = NULL;
+    pm_status st = pm_bsdf_read(bytes->data, bytes->size, "m", &bsdf, err);
+    assert_true(!st == (bsdf != NULL));
+    pm_bsdf_free(bsdf);
+    return st;
+}
+
+static void put_bsdf(pm_bytes *b, const char *structure, const char *basis, const char *data)
+{
+    static const char *const directions[3] = {"Transmission Front", "Reflection Front",
+                                              "Reflection Back"};
+    pm_bytes_format(b,
+                    "<WindowElement><Optical><Layer><DataDefinition><IncidentDataStructure>%s"
+                    "</IncidentDataStructure><AngleBasis><AngleBasisName>two</AngleBasisName>"
+                    "<AngleBasisBlock><nPhis>2</nPhis><ThetaBounds><UpperTheta>90</UpperTheta>"
+                    "</ThetaBounds></AngleBasisBlock></AngleBasis></DataDefinition>",
+                    structure);
+    for (int i = 0; i < 3; i++)
+        pm_bytes_format(b,
+                        "<WavelengthData><Wavelength>Visible</Wavelength><WavelengthDataBlock>"
+                        "<WavelengthDataDirection>%s</WavelengthDataDirection>%s"
+                        "<ScatteringData>%s</ScatteringData></WavelengthDataBlock>"
+                        "</WavelengthData>",
+                        directions[i], basis, data);
+    pm_bytes_text(b, "</Layer></Optical></WindowElement>");
+}
+
+static void bsdfs(void **state)
+{
+    (void)state;
+    pm_bytes b = {0};
+    put_bsdf(&b, "Columns",
+             "<ColumnAngleBasis>two</ColumnAngleBasis><RowAngleBasis>two</RowAngleBasis>",
+             ".1 .2 .1 .05");
+    assert_sweep(read_bsdf, &b, 20);
+    pm_bytes_clear(&b);
+    put_bsdf(&b, "TensorTree3", "<AngleBasis>LBNL/Shirley-Chiu</AngleBasis>",
+             "{{.1}{.2}{.1}{.1}{.05}{.1}{.1}{.1 .1 .1 .1 .2 .2 .2 .2}}");
+    assert_sweep(read_bsdf, &b, 20);
+    pm_bytes_clear(&b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(compiled_meshes),
         cmocka_unit_test(wavefront_meshes),
         cmocka_unit_test(octrees),
+        cmocka_unit_test(bsdfs),
         cmocka_unit_test(data_pictures_and_fonts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
