@@ -69,3 +69,9 @@ double pm_fresnel_estimate(double cosine)
 {
     return pm_exp(-5.85 * cosine) - 0.00287989916;
 }
+
+double pm_fresnel_schlick(double cosine)
+{
+    double rest = 1 - cosine;
+    return square(square(rest)) * rest;
+}

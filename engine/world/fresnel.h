@@ -29,4 +29,8 @@ double pm_pane_transmittance(const pm_pane *pane, double transmissivity);
 #define PM_FRESNEL_THRESHOLD 0.017999
 double pm_fresnel_estimate(double cosine);
 
+/* (1 - cosine)^5: Schlick, "An inexpensive BRDF model for physically-based rendering",
+ * Eurographics 1994, eq. 15, for a normal reflectance of 0. */
+double pm_fresnel_schlick(double cosine);
+
 #endif

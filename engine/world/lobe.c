@@ -5,22 +5,6 @@
 #include "world/fresnel.h"
 #include "world/ward.h"
 
-pm_lobe *pm_lobe_add(pm_surface *surface, pm_lobe_kind kind, pm_event event, unsigned sides,
-                     pm_rgb albedo)
-{
-    if (pm_rgb_is_black(albedo) || surface->count == PM_LOBES_MAX)
-        return NULL;
-    pm_lobe *lobe = &surface->lobes[surface->count++];
-    surface->events |= 1U << event;
-    lobe->kind = kind;
-    lobe->event = event;
-    lobe->sides = sides & 3;
-    lobe->coated = lobe->tilted = false;
-    lobe->albedo = albedo;
-    lobe->normal = surface->normal;
-    return lobe;
-}
-
 /* Whether the lobe scatters towards wi. A tilted normal must not let light through the surface:
  * wi lies on the same side of both. */
 static bool reaches(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi, double cosine)
@@ -34,7 +18,9 @@ static bool reaches(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi, 
 
 static double coat_share(const pm_lobe *lobe, double cosine)
 {
-    return lobe->coated ? 1 - pm_fresnel_estimate(fabs(cosine)) : 1;
+    if (lobe->coat == PM_COAT_SMOOTH)
+        return 1 - pm_fresnel_estimate(fabs(cosine));
+    return lobe->coat == PM_COAT_SCHLICK ? 1 - pm_fresnel_schlick(fabs(cosine)) : 1;
 }
 
 static void sample_diffuse(const pm_lobe *lobe, double u, double v, pm_scatter *out)
@@ -44,58 +30,139 @@ static void sample_diffuse(const pm_lobe *lobe, double u, double v, pm_scatter *
     pm_vec3 local = pm_warp_cosine(u, v);
     out->wi = pm_frame_to_world(&frame, local);
     out->weight = lobe->albedo;
-    if (lobe->coated)
+    if (lobe->coat)
         out->weight = pm_rgb_scale(lobe->albedo, coat_share(lobe, local.z));
 }
 
 /* ---- rough ---- */
 
+static pm_grain grain_of(const pm_lobe *lobe)
+{
+    return (pm_grain){lobe->normal, lobe->u.grain.u, lobe->u.grain.along, lobe->u.grain.across};
+}
+
+/* The rough transmission of ward.h is about -wo. */
+static pm_vec3 behind(const pm_lobe *lobe)
+{
+    return pm_vec3_negate(lobe->u.rough.straight);
+}
+
 static double rough_shape(const pm_surface *s, const pm_lobe *lobe, pm_vec3 wi)
 {
-    if (lobe->kind == PM_LOBE_WARD)
+    pm_grain grain;
+    switch (lobe->kind) {
+    case PM_LOBE_WARD:
         return pm_ward_reflect(lobe->normal, s->wo, wi, lobe->u.rough.alpha);
-    return pm_ward_transmit(lobe->normal, s->wo, wi, lobe->u.rough.alpha);
+    case PM_LOBE_ROUGH:
+        return pm_ward_transmit(lobe->normal, behind(lobe), wi, lobe->u.rough.alpha);
+    case PM_LOBE_GRAIN_WARD:
+        grain = grain_of(lobe);
+        return pm_grain_ward(&grain, s->wo, wi);
+    case PM_LOBE_GRAIN_ROUGH:
+        grain = grain_of(lobe);
+        return pm_grain_rough(&grain, lobe->u.grain.straight, wi);
+    case PM_LOBE_GRAIN_PHONG:
+        grain = grain_of(lobe);
+        return pm_grain_phong(&grain, s->wo, wi);
+    default:
+        return 0;
+    }
 }
 
 static double rough_pdf(const pm_surface *s, const pm_lobe *lobe, pm_vec3 wi)
 {
-    if (lobe->kind == PM_LOBE_WARD)
+    pm_grain grain;
+    switch (lobe->kind) {
+    case PM_LOBE_WARD:
         return pm_ward_reflect_pdf(lobe->normal, s->wo, wi, lobe->u.rough.alpha);
-    return pm_ward_transmit_pdf(s->wo, wi, lobe->u.rough.alpha);
+    case PM_LOBE_ROUGH:
+        return pm_ward_transmit_pdf(behind(lobe), wi, lobe->u.rough.alpha);
+    case PM_LOBE_GRAIN_WARD:
+        grain = grain_of(lobe);
+        return pm_grain_ward_pdf(&grain, s->wo, wi);
+    case PM_LOBE_GRAIN_ROUGH:
+        grain = grain_of(lobe);
+        return pm_grain_rough_pdf(&grain, lobe->u.grain.straight, wi);
+    case PM_LOBE_GRAIN_PHONG:
+        grain = grain_of(lobe);
+        return pm_grain_phong_pdf(&grain, s->wo, wi);
+    default:
+        return 0;
+    }
+}
+
+static pm_vec3 rough_direction(const pm_surface *s, const pm_lobe *lobe, double u, double v)
+{
+    pm_vec3 wi = {0, 0, 0};
+    pm_grain grain;
+    switch (lobe->kind) {
+    case PM_LOBE_WARD:
+        pm_ward_reflect_sample(lobe->normal, s->wo, lobe->u.rough.alpha, u, v, &wi);
+        break;
+    case PM_LOBE_ROUGH:
+        pm_ward_transmit_sample(lobe->normal, behind(lobe), lobe->u.rough.alpha, u, v, &wi);
+        break;
+    case PM_LOBE_GRAIN_WARD:
+        grain = grain_of(lobe);
+        return pm_grain_ward_sample(&grain, s->wo, u, v);
+    case PM_LOBE_GRAIN_ROUGH:
+        grain = grain_of(lobe);
+        return pm_grain_rough_sample(&grain, lobe->u.grain.straight, u, v);
+    case PM_LOBE_GRAIN_PHONG:
+        grain = grain_of(lobe);
+        return pm_grain_phong_sample(&grain, s->wo, u, v);
+    default:
+        break;
+    }
+    return wi;
 }
 
 static void sample_rough(const pm_surface *s, const pm_lobe *lobe, double u, double v,
                          pm_scatter *out)
 {
-    double alpha = lobe->u.rough.alpha;
-    if (lobe->kind == PM_LOBE_WARD)
-        pm_ward_reflect_sample(lobe->normal, s->wo, alpha, u, v, &out->wi);
-    else
-        pm_ward_transmit_sample(lobe->normal, s->wo, alpha, u, v, &out->wi);
+    out->wi = rough_direction(s, lobe, u, v);
     double pdf = rough_pdf(s, lobe, out->wi);
     double shape = pdf > 0 ? rough_shape(s, lobe, out->wi) / pdf : 0;
     out->weight = pm_rgb_scale(lobe->albedo, shape);
+}
+
+/* ---- functions ---- */
+
+/* f(wi, wo), the lobe's colour and gain included. */
+static pm_rgb function_value(const pm_surface *s, const pm_lobe *lobe, pm_vec3 wi)
+{
+    pm_rgb f = pm_brdf_value(&s->functions[lobe->u.function.index], wi);
+    return pm_rgb_mul(pm_rgb_mul(lobe->albedo, lobe->u.function.gain), f);
+}
+
+static double function_pdf(const pm_surface *s, const pm_lobe *lobe, pm_vec3 wi)
+{
+    return pm_brdf_pdf(&s->functions[lobe->u.function.index], lobe->normal, s->wo,
+                       lobe->u.function.front, lobe->sides == PM_SIDE_FAR, wi);
+}
+
+static void sample_function(const pm_surface *s, const pm_lobe *lobe, double u, double v,
+                            pm_scatter *out)
+{
+    out->wi = pm_brdf_sample(&s->functions[lobe->u.function.index], lobe->normal, s->wo,
+                             lobe->u.function.front, lobe->sides == PM_SIDE_FAR, u, v);
+    double pdf = function_pdf(s, lobe, out->wi);
+    double cosine = fabs(pm_vec3_dot(lobe->normal, out->wi));
+    out->weight = pm_rgb_scale(function_value(s, lobe, out->wi), pdf > 0 ? cosine / pdf : 0);
 }
 
 /* ---- any lobe ---- */
 
 pm_rgb pm_lobe_value(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi)
 {
-    double shape = 0, cosine = pm_vec3_dot(lobe->normal, wi);
-    if (!reaches(surface, lobe, wi, cosine))
+    double cosine = pm_vec3_dot(lobe->normal, wi);
+    if (lobe->kind == PM_LOBE_DIRECTION || !reaches(surface, lobe, wi, cosine))
         return pm_rgb_grey(0);
-    switch (lobe->kind) {
-    case PM_LOBE_DIFFUSE:
-        shape = coat_share(lobe, cosine) * fabs(cosine) / PM_PI;
-        break;
-    case PM_LOBE_WARD:
-    case PM_LOBE_ROUGH:
-        shape = rough_shape(surface, lobe, wi);
-        break;
-    default:
-        break;
-    }
-    return pm_rgb_scale(lobe->albedo, shape);
+    if (lobe->kind == PM_LOBE_DIFFUSE)
+        return pm_rgb_scale(lobe->albedo, coat_share(lobe, cosine) * fabs(cosine) / PM_PI);
+    if (lobe->kind == PM_LOBE_FUNCTION)
+        return pm_rgb_scale(function_value(surface, lobe, wi), fabs(cosine));
+    return pm_rgb_scale(lobe->albedo, rough_shape(surface, lobe, wi));
 }
 
 /* |cos wi| about the lobe's normal / about the surface's. */
@@ -112,8 +179,10 @@ pm_rgb pm_lobe_photon_weight(const pm_surface *surface, const pm_lobe *lobe, pm_
     double cosine = pm_vec3_dot(lobe->normal, wi);
     if (!reaches(surface, lobe, wi, cosine))
         return pm_rgb_grey(0);
-    return pm_rgb_scale(lobe->albedo,
-                        coat_share(lobe, cosine) * tilt(surface, lobe, wi, cosine) / PM_PI);
+    double scale = tilt(surface, lobe, wi, cosine);
+    if (lobe->kind == PM_LOBE_FUNCTION)
+        return pm_rgb_scale(function_value(surface, lobe, wi), scale);
+    return pm_rgb_scale(lobe->albedo, coat_share(lobe, cosine) * scale / PM_PI);
 }
 
 double pm_lobe_pdf(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi)
@@ -121,15 +190,11 @@ double pm_lobe_pdf(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi)
     double cosine = pm_vec3_dot(lobe->normal, wi);
     if (!reaches(surface, lobe, wi, cosine))
         return 0;
-    switch (lobe->kind) {
-    case PM_LOBE_DIFFUSE:
+    if (lobe->kind == PM_LOBE_DIFFUSE)
         return fabs(cosine) / PM_PI;
-    case PM_LOBE_WARD:
-    case PM_LOBE_ROUGH:
-        return rough_pdf(surface, lobe, wi);
-    default:
-        return 0;
-    }
+    if (lobe->kind == PM_LOBE_FUNCTION)
+        return function_pdf(surface, lobe, wi);
+    return rough_pdf(surface, lobe, wi);
 }
 
 void pm_lobe_sample(const pm_surface *surface, const pm_lobe *lobe, double u, double v,
@@ -145,6 +210,8 @@ void pm_lobe_sample(const pm_surface *surface, const pm_lobe *lobe, double u, do
     }
     if (lobe->kind == PM_LOBE_DIFFUSE)
         sample_diffuse(lobe, u, v, out);
+    else if (lobe->kind == PM_LOBE_FUNCTION)
+        sample_function(surface, lobe, u, v, out);
     else
         sample_rough(surface, lobe, u, v, out);
     double cosine = pm_vec3_dot(lobe->normal, out->wi);

@@ -5,11 +5,33 @@
 
 /* One lobe of a surface: what surface.c adds up and chooses from. */
 
+/* Begins a surface without lobes; `normal` on wo's side. */
+static inline void pm_surface_begin(pm_surface *surface, pm_vec3 normal, pm_vec3 wo)
+{
+    surface->normal = normal;
+    surface->wo = wo;
+    surface->count = surface->events = surface->function_count = 0;
+}
+
 /* Appends a lobe of the surface's own normal, unless `albedo` is black: then NULL. Its
  * parameters are the caller's to fill in. No more than PM_LOBES_MAX: materials that would make
  * more are refused (material.c). */
-pm_lobe *pm_lobe_add(pm_surface *surface, pm_lobe_kind kind, pm_event event, unsigned sides,
-                     pm_rgb albedo);
+static inline pm_lobe *pm_lobe_add(pm_surface *surface, pm_lobe_kind kind, pm_event event,
+                                   unsigned sides, pm_rgb albedo)
+{
+    if (pm_rgb_is_black(albedo) || surface->count == PM_LOBES_MAX)
+        return NULL;
+    pm_lobe *lobe = &surface->lobes[surface->count++];
+    surface->events |= 1U << event;
+    lobe->kind = kind;
+    lobe->event = event;
+    lobe->sides = sides & 3;
+    lobe->coat = PM_COAT_NONE;
+    lobe->tilted = false;
+    lobe->albedo = albedo;
+    lobe->normal = surface->normal;
+    return lobe;
+}
 
 /* f(wi, wo) |cos wi|; black for delta lobes. */
 pm_rgb pm_lobe_value(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi);

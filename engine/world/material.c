@@ -39,18 +39,54 @@ static void read_plastic(struct pm_material *m, const pm_primitive *p)
         m->roughness = 0;
 }
 
+/* plastic2, metal2, trans2, ashik2. */
+static void read_grained(struct pm_material *m, const pm_primitive *p)
+{
+    bool phong = p->type == PM_ASHIK2;
+    m->specularity = phong ? 0 : p->reals[3];
+    m->specular_color = phong ? rgb_of(p->reals + 3) : pm_rgb_grey(0);
+    m->roughness = p->reals[phong ? 6 : 4];
+    m->across = p->reals[phong ? 7 : 5];
+    if (p->type == PM_TRANS2) {
+        m->transmission = p->reals[6];
+        m->straight_fraction = p->reals[7];
+    }
+}
+
+/* plasfunc and what is like it; a BRTDfunc's reals stay in its modifier. */
+static void read_function(struct pm_material *m, const pm_primitive *p)
+{
+    m->specularity = p->reals[3];
+    if (p->type == PM_TRANSFUNC || p->type == PM_TRANSDATA) {
+        m->transmission = p->reals[4];
+        m->straight_fraction = p->reals[5];
+    }
+}
+
 static void read_glass(struct pm_material *m, const pm_primitive *p)
 {
     m->index = p->real_count > 3 ? p->reals[3] : 1.52; /* glass.c, RINDEX */
+}
+
+/* `reals`: transmissivity of a unit length. */
+static pm_rgb extinction_from(const double *reals, double scale)
+{
+    return (pm_rgb){extinction_of(reals[0], scale), extinction_of(reals[1], scale),
+                    extinction_of(reals[2], scale)};
 }
 
 static void read_dielectric(struct pm_material *m, const pm_primitive *p, double scale)
 {
     m->color = pm_rgb_grey(1);
     m->index = p->reals[3] + p->reals[4] / 500; /* dielectric.c, MLAMBDA; no dispersion */
-    m->extinction =
-        (pm_rgb){extinction_of(p->reals[0], scale), extinction_of(p->reals[1], scale),
-                 extinction_of(p->reals[2], scale)};
+    m->extinction = extinction_from(p->reals, scale);
+}
+
+static void read_interface(struct pm_material *m, const pm_primitive *p, double scale)
+{
+    m->color = pm_rgb_grey(1);
+    m->index = p->reals[3] / p->reals[7];
+    m->extinction = extinction_from(p->reals, scale);
 }
 
 static void read_mist(struct pm_material *m, const pm_primitive *p, double scale)
@@ -74,7 +110,7 @@ static void read_spotlight(struct pm_material *m, const pm_primitive *p, double 
 static void read_reals(struct pm_material *m, const pm_primitive *p, double scale)
 {
     m->type = p->type;
-    m->alternate = m->components[0] = m->components[1] = PM_NO_PRIMITIVE;
+    m->alternate = m->components[0] = m->components[1] = m->outside = PM_NO_PRIMITIVE;
     if (p->real_count >= 3)
         m->color = rgb_of(p->reals);
     switch (p->type) {
@@ -88,6 +124,23 @@ static void read_reals(struct pm_material *m, const pm_primitive *p, double scal
         break;
     case PM_DIELECTRIC:
         read_dielectric(m, p, scale);
+        break;
+    case PM_INTERFACE:
+        read_interface(m, p, scale);
+        break;
+    case PM_PLASTIC2:
+    case PM_METAL2:
+    case PM_TRANS2:
+    case PM_ASHIK2:
+        read_grained(m, p);
+        break;
+    case PM_PLASFUNC:
+    case PM_METFUNC:
+    case PM_TRANSFUNC:
+    case PM_PLASDATA:
+    case PM_METDATA:
+    case PM_TRANSDATA:
+        read_function(m, p);
         break;
     case PM_MIST:
         read_mist(m, p, scale);
@@ -265,110 +318,40 @@ static pm_status compile_textures(const struct compiler *c, int32_t modifier,
     return status;
 }
 
-/* What surface.c cannot show yet: whoever adds a type there takes it out here. */
+/* What models.c cannot show yet: whoever adds a type there takes it out here. */
 static bool is_offered(const struct pm_primitive *p)
 {
-    return p->type <= PM_TRANS || p->type == PM_GLASS || p->type == PM_DIELECTRIC ||
-           p->type == PM_MIRROR || p->type == PM_MIST || p->type == PM_ANTIMATTER;
+    return p->type != PM_BSDF && p->type != PM_ABSDF;
+}
+
+static bool is_grained(pm_primitive_type type)
+{
+    return type == PM_PLASTIC2 || type == PM_METAL2 || type == PM_TRANS2;
+}
+
+static pm_status check_material(const struct compiler *c, const pm_primitive *p,
+                                const struct pm_material *m)
+{
+    if (!is_offered(p))
+        return refuse(c, p, "is not offered yet");
+    if (is_grained(p->type) && !(m->roughness > 1e-6 && m->across > 1e-6)) /* FTINY */
+        return refuse(c, p,
+                      "has a roughness of 0, which Radiance refuses too; the type without a 2 "
+                      "is smooth");
+    return PM_OK;
 }
 
 /* `top` is where the material's chain starts. */
 static pm_status compile_material(const struct compiler *c, uint32_t top, struct pm_material *m)
 {
     const pm_primitive *p = material_at(c, (int32_t)top);
-    if (!is_offered(p) || c->scene->primitives[top].material != (int32_t)top)
-        return refuse(c, p, "is not offered yet");
     read_reals(m, p, c->world->scale);
-    pm_status status = make_modifier(c, p, &m->modifier);
+    pm_status status = check_material(c, p, m);
+    if (!status)
+        status = make_modifier(c, p, &m->modifier);
     if (!status)
         status = compile_references(c, p, m);
     return status ? status : compile_textures(c, (int32_t)top, &m->textures);
-}
-
-/* ---- what a material can do ---- */
-
-static bool bounds_medium(const struct pm_material *m)
-{
-    return m->type == PM_MIST || m->type == PM_DIELECTRIC || m->type == PM_ANTIMATTER;
-}
-
-static void mark_cut_objects(pm_world *world)
-{
-    for (size_t i = 0; i < world->material_count; i++) {
-        const struct pm_material *m = &world->materials[i];
-        if (m->alternate == PM_NO_PRIMITIVE)
-            continue;
-        for (uint32_t k = 0; k < m->hides_count; k++)
-            world->materials[m->hides[k]].bounds_volume = true;
-    }
-}
-
-static void set_scattering(struct pm_material *m)
-{
-    bool colored = !pm_rgb_is_black(m->color);
-    double rest = 1 - m->specularity;
-    switch (m->type) {
-    case PM_PLASTIC:
-        m->specular = m->specularity > 0;
-        m->diffuse = colored && rest > 0;
-        break;
-    case PM_METAL:
-        m->specular = colored && m->specularity > 0;
-        m->diffuse = colored && rest > 0;
-        break;
-    case PM_TRANS:
-        rest *= colored;
-        m->specular = m->specularity > 0 ||
-                      (m->roughness > 0 && rest * m->transmission * m->straight_fraction > 0);
-        m->diffuse = rest * (1 - m->transmission * m->straight_fraction) > 0;
-        m->straight = !(m->roughness > 0) && rest * m->transmission * m->straight_fraction > 0;
-        break;
-    case PM_GLASS:
-        m->specular = true;
-        m->straight = colored;
-        break;
-    case PM_DIELECTRIC:
-        m->specular = true;
-        break;
-    case PM_MIRROR:
-        m->specular = colored;
-        break;
-    case PM_MIST:
-    case PM_ANTIMATTER:
-        m->straight = true;
-        break;
-    default:
-        break;
-    }
-}
-
-/* What stands in for a material can do, it can do. */
-static void add_alternate(const pm_world *world, struct pm_material *m)
-{
-    if (m->alternate == PM_NO_PRIMITIVE) {
-        m->straight = m->straight || m->type == PM_ILLUM || m->has_alternate;
-        return;
-    }
-    const struct pm_material *shown = &world->materials[m->alternate];
-    m->specular = m->specular || shown->specular;
-    m->diffuse = m->diffuse || shown->diffuse;
-    m->straight = m->straight || shown->straight;
-}
-
-static void set_abilities(pm_world *world)
-{
-    for (size_t i = 0; i < world->material_count; i++) {
-        world->materials[i].bounds_volume = bounds_medium(&world->materials[i]);
-        set_scattering(&world->materials[i]);
-    }
-    mark_cut_objects(world);
-    for (size_t i = 0; i < world->material_count; i++) {
-        struct pm_material *m = &world->materials[i];
-        add_alternate(world, m);
-        world->passes_straight = world->passes_straight || m->straight;
-        world->has_media = world->has_media || m->type == PM_MIST || m->type == PM_ANTIMATTER ||
-                           !pm_rgb_is_black(m->extinction);
-    }
 }
 
 /* A cone of directions at infinity, each of them again a cone: nobody can mean that. */
@@ -395,7 +378,7 @@ pm_status pm_materials_compile(pm_world *world, const pm_scene *scene,
     free(c.textures);
     world->material_count = table->count;
     if (!status)
-        set_abilities(world);
+        pm_materials_set_abilities(world);
     return status;
 }
 

@@ -58,16 +58,23 @@ struct pm_material {
     /* Reflectance, transmissivity of glass, or emitted radiance. */
     pm_rgb color;
 
-    /* plastic, metal, trans */
-    double specularity, roughness;
+    pm_rgb specular_color; /* ashik2 */
+
+    /* plastic, metal, trans; of those with a 2: roughness along the orientation and across it;
+     * ashik2: its exponents */
+    double specularity, roughness, across;
     double transmission;      /* trans: share of what is not reflected specularly */
     double straight_fraction; /* trans: of that, the specular share */
 
-    double index; /* glass, dielectric */
+    double index; /* glass, dielectric; interface: the inside's over the outside's */
 
-    /* mist, dielectric [1 / scale] */
+    /* mist, dielectric, inside of an interface [1 / scale] */
     pm_rgb extinction, scattering;
     double g;
+    uint32_t outside; /* interface: what stands for the medium in front of it, see media.h;
+                         PM_NO_PRIMITIVE: empty space */
+
+    const struct pm_brdf_table *brdf; /* brdf.c */
 
     double reach; /* glow: Radiance's maxrad; only its sign counts */
 
@@ -88,6 +95,8 @@ struct pm_material {
     bool bounds_volume; /* walks list it in pm_media while inside: a medium, an antimatter, or
                            an object that an antimatter cuts and gives a new boundary */
 
+    bool plain; /* no texture, pattern, function or part: all hits are alike */
+
     /* What its surfaces can do, by themselves or through the alternate. */
     bool specular, diffuse, straight;
 };
@@ -98,6 +107,9 @@ bool pm_material_hides(const struct pm_material *antimatter, uint32_t material);
 /* Whether an antimatter in `media` makes surfaces of this material invisible. */
 bool pm_material_is_hidden(const pm_world *world, const struct pm_media *media,
                            uint32_t material);
+
+/* ability.c: the last step of pm_materials_compile. */
+void pm_materials_set_abilities(pm_world *world);
 
 /* What a surface shows to a walk, with illum, mirror and antimatter resolved. */
 struct pm_shown {

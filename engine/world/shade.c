@@ -1,139 +1,99 @@
-/* What lobes each material has. */
-#include "base/maths.h"
-#include "world/fresnel.h"
-#include "world/light.h"
-#include "world/lobe.h"
-#include "world/material.h"
+/* From a hit to the lobes of its material: textures, mixtures, stand-ins. */
+#include "world/shade.h"
 
-/* One hit on its way to a list of lobes. */
-struct shade {
-    const struct pm_material *material;
-    double cosine; /* between wo and the normal, 0 .. 1 */
-    bool front;
-    pm_surface *out;
-};
+#include "world/light.h"
 
 /* ---- lobes ---- */
 
-static void add_diffuse(struct shade *s, unsigned side, pm_rgb albedo, bool coated)
+void pm_shade_mirror(struct shade *s, pm_rgb albedo)
 {
-    pm_lobe *lobe = pm_lobe_add(s->out, PM_LOBE_DIFFUSE, PM_EVENT_DIFFUSE, side, albedo);
-    if (lobe)
-        lobe->coated = coated;
+    pm_vec3 wi = pm_vec3_reflect(s->out->wo, s->normal);
+    if (s->tilted && !(pm_vec3_dot(wi, s->out->normal) > 0))
+        wi = pm_vec3_reflect(s->out->wo, s->out->normal);
+    pm_shade_direction(s, PM_EVENT_SPECULAR, PM_SIDE_NEAR, albedo, pm_vec3_normalize(wi));
 }
 
-static void add_direction(struct shade *s, pm_event event, unsigned side, pm_rgb albedo,
-                          pm_vec3 wi)
+void pm_shade_straight(struct shade *s, pm_rgb albedo, double strength)
 {
-    pm_lobe *lobe = pm_lobe_add(s->out, PM_LOBE_DIRECTION, event, side, albedo);
-    if (!lobe)
+    pm_vec3 wi = pm_vec3_negate(s->out->wo);
+    if (s->tilted && s->seen) {
+        pm_vec3 bent = pm_vec3_normalize(pm_vec3_madd(wi, -strength, s->shift));
+        if (pm_vec3_dot(bent, s->out->normal) < 0)
+            wi = bent;
+    }
+    pm_shade_direction(s, PM_EVENT_STRAIGHT, PM_SIDE_FAR, albedo, wi);
+}
+
+/* ---- textures and mixtures ---- */
+
+/* Whether its normal is interpolated. */
+static bool is_smooth(const pm_hit *hit)
+{
+    (void)hit;
+    return false;
+}
+
+static void set_normal(struct shade *s, bool side)
+{
+    pm_vec3 p = s->shading->perturbation;
+    s->tilted = p.x != 0 || p.y != 0 || p.z != 0;
+    if (!s->tilted)
         return;
-    lobe->u.direction.wi = wi;
-    lobe->u.direction.radiance_scale = 1;
-}
-
-static void add_mirror(struct shade *s, pm_rgb albedo)
-{
-    pm_vec3 wi = pm_vec3_normalize(pm_vec3_reflect(s->out->wo, s->out->normal));
-    add_direction(s, PM_EVENT_SPECULAR, PM_SIDE_NEAR, albedo, wi);
-}
-
-static void add_straight(struct shade *s, pm_rgb albedo)
-{
-    add_direction(s, PM_EVENT_STRAIGHT, PM_SIDE_FAR, albedo, pm_vec3_negate(s->out->wo));
-}
-
-static void add_rough(struct shade *s, pm_lobe_kind kind, unsigned side, pm_rgb albedo)
-{
-    pm_lobe *lobe = pm_lobe_add(s->out, kind, PM_EVENT_GLOSSY, side, albedo);
-    if (!lobe)
-        return;
-    lobe->u.rough.alpha = s->material->roughness;
-    lobe->u.rough.straight = pm_vec3_negate(s->out->wo);
-}
-
-/* ---- materials ---- */
-
-/* plastic, metal, trans, after Radiance's normal.c. Both sides are alike. */
-static void shade_plastic(struct shade *s)
-{
-    const struct pm_material *m = s->material;
-    bool smooth = !(m->roughness > 0);
-    bool coated = smooth && m->specularity >= PM_FRESNEL_THRESHOLD;
-    double rise = coated ? pm_fresnel_estimate(s->cosine) : 0;
-    double specular = m->specularity + rise * (1 - m->specularity);
-    double rest = 1 - specular, straight = rest * m->transmission * m->straight_fraction;
-    pm_rgb reflectance = pm_rgb_grey(specular);
-    if (m->type == PM_METAL)
-        reflectance = pm_rgb_madd(pm_rgb_grey(rise), m->specularity * (1 - rise), m->color);
-    /* products, so that what the arguments leave nothing for is exactly black */
-    add_diffuse(s, PM_SIDE_NEAR, pm_rgb_scale(m->color, rest * (1 - m->transmission)), coated);
-    add_diffuse(s, PM_SIDE_FAR,
-                pm_rgb_scale(m->color, rest * m->transmission * (1 - m->straight_fraction)),
-                coated);
-    if (smooth) {
-        add_mirror(s, reflectance);
-        add_straight(s, pm_rgb_scale(m->color, straight));
-    } else {
-        add_rough(s, PM_LOBE_WARD, PM_SIDE_NEAR, reflectance);
-        add_rough(s, PM_LOBE_ROUGH, PM_SIDE_FAR, pm_rgb_scale(m->color, straight));
+    s->shift = side ? p : pm_vec3_negate(p);
+    s->normal = pm_shading_normal(s->shading);
+    s->normal = side ? s->normal : pm_vec3_negate(s->normal);
+    s->cosine = fmin(pm_vec3_dot(s->out->wo, s->normal), 1);
+    if (!(s->cosine > 0)) { /* rounding, at grazing incidence */
+        s->tilted = false;
+        s->normal = s->out->normal;
+        s->cosine = fmin(pm_vec3_dot(s->out->wo, s->normal), 1);
     }
 }
 
-/* glass: a thin pane; both sides are alike (Radiance's glass.c). */
-static void shade_glass(struct shade *s)
+static const struct pm_material *at(const pm_world *world, uint32_t material)
 {
-    const struct pm_material *m = s->material;
-    pm_pane pane = pm_pane_at(s->cosine, m->index);
-    add_mirror(s, (pm_rgb){pm_pane_reflectance(&pane, m->color.r),
-                           pm_pane_reflectance(&pane, m->color.g),
-                           pm_pane_reflectance(&pane, m->color.b)});
-    add_straight(s, (pm_rgb){pm_pane_transmittance(&pane, m->color.r),
-                             pm_pane_transmittance(&pane, m->color.g),
-                             pm_pane_transmittance(&pane, m->color.b)});
+    return material == PM_NO_PRIMITIVE ? NULL : &world->materials[material];
 }
 
-/* dielectric: index 1 in front, m->index behind (Radiance's dielectric.c). */
-static void shade_dielectric(struct shade *s)
+/* `m` NULL: nothing, straight passage. Everything but the material, the shading and the share
+ * is the hit's. `shading` is what the modifiers above left, NULL if nothing asked for it so
+ * far. Recursion is bounded by PM_MODIFIERS_MAX. */
+static void shade(const pm_world *world, const pm_hit *hit, const struct shade *above,
+                  const struct pm_material *m)
 {
-    double index = s->material->index, ratio = s->front ? 1 / index : index, refracted;
-    double reflectance = pm_fresnel_dielectric(s->cosine, ratio, &refracted);
-    add_mirror(s, pm_rgb_grey(reflectance));
-    pm_lobe *lobe = pm_lobe_add(s->out, PM_LOBE_DIRECTION, PM_EVENT_SPECULAR, PM_SIDE_FAR,
-                                pm_rgb_grey(1 - reflectance));
-    if (!lobe)
+    struct shade s = *above;
+    struct pm_shading shading;
+    s.material = m;
+    if (!m) {
+        pm_shade_straight(&s, pm_rgb_grey(1), 0);
         return;
-    /* Snell: the tangential part shrinks by the ratio of the indices */
-    pm_vec3 normal = s->out->normal;
-    pm_vec3 tangential = pm_vec3_madd(s->out->wo, -s->cosine, normal);
-    pm_vec3 wi = pm_vec3_madd(pm_vec3_scale(tangential, -ratio), -refracted, normal);
-    lobe->u.direction.wi = pm_vec3_normalize(wi);
-    lobe->u.direction.radiance_scale = ratio * ratio;
-}
-
-static void shade(struct shade *s)
-{
-    switch (s->material->type) {
-    case PM_PLASTIC:
-    case PM_METAL:
-    case PM_TRANS:
-        shade_plastic(s);
-        break;
-    case PM_GLASS:
-        shade_glass(s);
-        break;
-    case PM_DIELECTRIC:
-        shade_dielectric(s);
-        break;
-    case PM_MIRROR: /* the back is black (Radiance's m_mirror.c) */
-        if (s->front)
-            add_mirror(s, s->material->color);
-        break;
-    case PM_MIST:
-        add_straight(s, pm_rgb_grey(1));
-        break;
-    default: /* lamps are black from both sides (Radiance's m_light in source.c) */
-        break;
+    }
+    if (!m->plain || s.shading || is_smooth(hit)) {
+        if (s.shading)
+            shading = *s.shading;
+        else
+            pm_shading_init(&shading, world, hit, s.out->wo, hit->t);
+        s.shading = &shading;
+        pm_textures_apply(m, &shading);
+        set_normal(&s, pm_vec3_dot(hit->normal, s.out->normal) > 0);
+    }
+    if (m->type == PM_ILLUM || m->type == PM_ANTIMATTER) {
+        /* here only within mixtures: the others are resolved by pm_material_shown */
+        shade(world, hit, above, m->type == PM_ILLUM ? at(world, m->alternate) : NULL);
+    } else if (!pm_primitive_is_mixture(m->type)) {
+        pm_shade_model(&s);
+    } else {
+        double share, whole = s.share;
+        if (!pm_mixture_share(m, &shading, &share)) {
+            pm_shade_straight(&s, pm_rgb_grey(1), 0);
+            return;
+        }
+        s.share = whole * share;
+        if (s.share > 0)
+            shade(world, hit, &s, at(world, m->components[0]));
+        s.share = whole * (1 - share);
+        if (s.share > 0)
+            shade(world, hit, &s, at(world, m->components[1]));
     }
 }
 
@@ -145,18 +105,22 @@ static void surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
     struct pm_shown shown = pm_material_shown(world, hit, wo, media, seen);
     double cosine = pm_vec3_dot(wo, hit->normal);
     bool front = cosine >= 0;
-    out->normal = front ? hit->normal : pm_vec3_negate(hit->normal);
-    out->wo = wo;
-    out->count = 0;
-    out->events = 0;
-    struct shade s = {.material = shown.material,
-                      .cosine = fmin(fabs(cosine), 1),
-                      .front = front != shown.flipped,
-                      .out = out};
-    if (shown.material)
-        shade(&s);
+    pm_surface_begin(out, front ? hit->normal : pm_vec3_negate(hit->normal), wo);
+    struct shade s;
+    s.shading = NULL;
+    s.normal = out->normal;
+    s.shift = (pm_vec3){0, 0, 0};
+    s.cosine = fmin(fabs(cosine), 1);
+    s.share = 1;
+    s.tilted = false;
+    s.front = front != shown.flipped;
+    s.seen = seen;
+    s.out = out;
+    s.material = shown.material;
+    if (shown.material && shown.material->plain && !is_smooth(hit))
+        pm_shade_model(&s); /* the common case */
     else
-        add_straight(&s, pm_rgb_grey(1));
+        shade(world, hit, &s, shown.material);
 }
 
 void pm_surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo, const pm_media *media,
@@ -173,9 +137,7 @@ void pm_surface_seen_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
 
 void pm_surface_receiver(pm_vec3 normal, pm_surface *out)
 {
-    out->normal = out->wo = normal;
-    out->count = 0;
-    out->events = 0;
+    pm_surface_begin(out, normal, normal);
     pm_lobe_add(out, PM_LOBE_DIFFUSE, PM_EVENT_DIFFUSE, PM_SIDE_NEAR, pm_rgb_grey(1));
 }
 

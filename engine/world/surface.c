@@ -22,7 +22,7 @@ bool pm_surface_albedo(const pm_surface *surface, pm_rgb *out)
     for (unsigned i = 0; i < surface->count; i++) {
         const pm_lobe *lobe = &surface->lobes[i];
         if (lobe->kind != PM_LOBE_DIRECTION &&
-            (lobe->kind != PM_LOBE_DIFFUSE || lobe->coated || lobe->tilted))
+            (lobe->kind != PM_LOBE_DIFFUSE || lobe->coat || lobe->tilted))
             return false;
         sum = pm_rgb_add(sum, lobe->albedo);
     }
@@ -153,7 +153,7 @@ double pm_surface_glossy_pdf(const pm_surface *surface, pm_rgb throughput, pm_ve
 
 static bool is_uniform(const pm_lobe *lobe)
 {
-    return lobe->kind == PM_LOBE_DIFFUSE && !lobe->coated && !lobe->tilted;
+    return lobe->kind == PM_LOBE_DIFFUSE && !lobe->coat && !lobe->tilted;
 }
 
 bool pm_surface_photons(const pm_surface *surface, unsigned side, bool *uniform, pm_rgb *weight)

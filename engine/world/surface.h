@@ -2,6 +2,8 @@
 #define PM_WORLD_SURFACE_H
 
 #include "base/rgb.h"
+#include "world/aniso.h"
+#include "world/brdf.h"
 #include "world/media.h"
 #include "world/world.h"
 
@@ -25,23 +27,34 @@ typedef enum pm_event {
 } pm_event;
 
 typedef enum pm_lobe_kind {
-    PM_LOBE_DIFFUSE,   /* Lambertian */
-    PM_LOBE_WARD,      /* ward.h: rough reflection */
-    PM_LOBE_ROUGH,     /* ward.h: rough transmission about a direction */
-    PM_LOBE_DIRECTION, /* into `wi` alone: reflection, refraction, redirection, passage */
+    PM_LOBE_DIFFUSE,     /* Lambertian */
+    PM_LOBE_WARD,        /* ward.h: rough reflection */
+    PM_LOBE_ROUGH,       /* ward.h: rough transmission about a direction */
+    PM_LOBE_GRAIN_WARD,  /* aniso.h: rough reflection, */
+    PM_LOBE_GRAIN_ROUGH, /* rough transmission, */
+    PM_LOBE_GRAIN_PHONG, /* Ashikhmin and Shirley's reflection */
+    PM_LOBE_FUNCTION,    /* brdf.h: what the scene defines */
+    PM_LOBE_DIRECTION,   /* into `wi` alone: reflection, refraction, redirection, passage */
     PM_LOBE_KINDS,
 } pm_lobe_kind;
 
 /* Sides of the surface that a lobe scatters to; bits. */
 enum { PM_SIDE_NEAR = 1 /* wo's */, PM_SIDE_FAR = 2 };
 
+/* What a Lambertian lobe lies under: a share of the light does not reach it. */
+typedef enum pm_coat {
+    PM_COAT_NONE,
+    PM_COAT_SMOOTH,  /* fresnel.h's estimate of a smooth one */
+    PM_COAT_SCHLICK, /* (1 - cos)^5, of ashik2 */
+} pm_coat;
+
 /* f(wi, wo) |cos wi| = albedo * shape(wi), where the shape's integral over wi is at most 1. */
 typedef struct pm_lobe {
     pm_lobe_kind kind : 8;
     pm_event event : 8;
     unsigned sides : 2;
-    bool coated : 1; /* diffuse under a smooth coat: carries 1 - F(cos wi) */
-    bool tilted : 1; /* `normal` is not the surface's */
+    pm_coat coat : 8; /* of a Lambertian lobe: it carries 1 - F(cos wi) */
+    bool tilted : 1;  /* `normal` is not the surface's */
     pm_rgb albedo;
     pm_vec3 normal; /* unit, on wo's side, perturbed by textures; faces wo */
     union {
@@ -50,13 +63,23 @@ typedef struct pm_lobe {
             pm_vec3 straight; /* unit; transmission: the direction that it is rough about */
         } rough;
         struct {
+            pm_vec3 u;
+            double along, across;
+            pm_vec3 straight; /* of transmission */
+        } grain;              /* aniso.h */
+        struct {
+            unsigned index; /* of pm_surface.functions */
+            bool front;     /* where wo lies */
+            pm_rgb gain;    /* shape = gain * f |cos wi| */
+        } function;
+        struct {
             pm_vec3 wi; /* unit */
             double radiance_scale;
         } direction;
     } u;
 } pm_lobe;
 
-enum { PM_LOBES_MAX = 16 };
+enum { PM_LOBES_MAX = 16, PM_FUNCTIONS_MAX = 4 };
 
 /* The material evaluated at one hit for one wo. */
 typedef struct pm_surface {
@@ -64,7 +87,9 @@ typedef struct pm_surface {
     pm_vec3 wo;
     unsigned count;
     unsigned events; /* bit (1 << event) set if a lobe has that event */
+    unsigned function_count;
     pm_lobe lobes[PM_LOBES_MAX];
+    pm_brdf functions[PM_FUNCTIONS_MAX];
 } pm_surface;
 
 typedef struct pm_scatter {
@@ -103,7 +128,7 @@ static inline bool pm_surface_has(const pm_surface *surface, pm_event event)
 pm_rgb pm_surface_value(const pm_surface *surface, pm_event event, pm_vec3 wi);
 
 /* The share of light that all lobes together scatter or pass. False if it is not known in
- * closed form (rough, coated and tilted lobes); then it is the mean weight of
+ * closed form (all lobes but plain Lambertian and delta ones); then it is the mean weight of
  * pm_surface_sample. */
 bool pm_surface_albedo(const pm_surface *surface, pm_rgb *out);
 

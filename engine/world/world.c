@@ -6,6 +6,7 @@
 
 #include "base/maths.h"
 #include "base/warp.h"
+#include "world/brdf.h"
 #include "world/cube.h"
 #include "world/identity.h"
 #include "world/light.h"
@@ -99,6 +100,8 @@ static pm_status compile(pm_world *world, const pm_scene *scene,
         status = pm_materials_compile(world, scene, &identity->materials, err);
     if (!status)
         status = make_shapes(world, scene, identity, err);
+    if (!status)
+        status = pm_brdf_tables_build(world, err);
     if (!status)
         status = make_distants(world, scene, identity, err);
     if (!status)

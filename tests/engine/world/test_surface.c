@@ -239,12 +239,12 @@ static void trans_parts_are_radiances(void **state)
     assert_near(straight(&s).g, .6 * transmitted * .25, 1e-14);
     assert_near(diffuse_far(&s).b, .7 * transmitted * .75, 1e-14);
     assert_near(diffuse_near(&s).r, .5 * (1 - specular - transmitted), 1e-14);
-    assert_true(s.lobes[0].coated && roughness(&s) == 0);
+    assert_true(s.lobes[0].coat && roughness(&s) == 0);
     pm_world_free(world);
     world = floor_of("void trans m 0 0 7 .5 .6 .7 .05 .1 .4 .25"); /* rough: no rise */
     s = floor_at(world, polar(.6, 0));
     assert_near(specular_far(&s).g, .6 * .4 * .95 * .25, 1e-14);
-    assert_true(pm_rgb_is_black(straight(&s)) && !s.lobes[0].coated);
+    assert_true(pm_rgb_is_black(straight(&s)) && !s.lobes[0].coat);
     pm_world_free(world);
 }
 
