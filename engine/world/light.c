@@ -139,7 +139,31 @@ static bool allocate(pm_world *world, struct pm_lights *l)
     l->cumulative = pm_arena_array(&world->arena, l->count, sizeof *l->cumulative);
     l->of_surface = pm_arena_array(&world->arena, world->shape_count, sizeof *l->of_surface);
     l->of_distant = pm_arena_array(&world->arena, world->distant_count, sizeof *l->of_distant);
-    return l->lights && l->cumulative && l->of_surface && l->of_distant;
+    l->shows = pm_arena_array(&world->arena, world->material_count, sizeof *l->shows);
+    return l->lights && l->cumulative && l->of_surface && l->of_distant && l->shows;
+}
+
+static bool shows_light(const struct pm_lights *l, const struct pm_material *m)
+{
+    if (m->type == PM_LIGHT || m->type == PM_SPOTLIGHT || m->type == PM_GLOW)
+        return true;
+    const uint32_t through[] = {m->type == PM_ILLUM ? m->alternate : PM_NO_PRIMITIVE,
+                                m->components[0], m->components[1]};
+    for (int i = 0; i < 3; i++)
+        if (through[i] != PM_NO_PRIMITIVE && l->shows[through[i]])
+            return true;
+    return false;
+}
+
+/* One round for each link of the longest chain. */
+static void find_shows(const pm_world *world, struct pm_lights *l)
+{
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (size_t i = 0; i < world->material_count; i++)
+            if (!l->shows[i] && shows_light(l, &world->materials[i]))
+                changed = l->shows[i] = true;
+    }
 }
 
 static void fill(const pm_world *world, struct pm_lights *l)
@@ -178,6 +202,7 @@ pm_status pm_lights_build(pm_world *world, pm_error *err)
     if (status)
         return status;
     fill(world, l);
+    find_shows(world, l);
     set_bounding_sphere(world, l);
     world->lights = l;
     status = measure(world, err);

@@ -65,12 +65,54 @@ pm_rgb pm_light_radiance(const pm_world *world, const pm_hit *hit, pm_vec3 wo)
     return pm_rgb_scale(radiance, pm_lights_focus_share(m->focus, hit->t));
 }
 
+static pm_rgb shown_by(const pm_world *world, const pm_hit *hit, pm_vec3 wo, uint32_t material,
+                       const struct pm_shading *above);
+
+static pm_rgb shown_by_mixture(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
+                               const struct pm_material *mixture, struct pm_shading *shading)
+{
+    double share;
+    if (!pm_mixture_share(mixture, shading, &share))
+        return pm_rgb_grey(0);
+    pm_rgb sum = {0, 0, 0};
+    if (share > 0)
+        sum = pm_rgb_scale(shown_by(world, hit, wo, mixture->components[0], shading), share);
+    if (share < 1)
+        sum = pm_rgb_madd(sum, 1 - share,
+                          shown_by(world, hit, wo, mixture->components[1], shading));
+    return sum;
+}
+
+/* Through illums and into mixtures, as Radiance's rayshade goes. `above`: what the modifiers of
+ * a mixture left, or NULL. Recursion is bounded by PM_MODIFIERS_MAX. */
+static pm_rgb shown_by(const pm_world *world, const pm_hit *hit, pm_vec3 wo, uint32_t material,
+                       const struct pm_shading *above)
+{
+    if (material == PM_NO_PRIMITIVE || !world->lights->shows[material])
+        return pm_rgb_grey(0);
+    const struct pm_material *m = &world->materials[material];
+    if (m->type == PM_ILLUM)
+        return shown_by(world, hit, wo, m->alternate, above);
+    if (m->type == PM_SPOTLIGHT && !in_beam(m, wo))
+        return pm_rgb_grey(0);
+    struct pm_shading shading;
+    if (above)
+        shading = *above;
+    else
+        pm_shading_init(&shading, world, hit, wo, hit->t);
+    pm_textures_apply(m, &shading);
+    if (pm_primitive_is_mixture(m->type))
+        return shown_by_mixture(world, hit, wo, m, &shading);
+    return pm_shading_radiance(&shading, m->color);
+}
+
 pm_rgb pm_light_seen_radiance(const pm_world *world, const pm_hit *hit, pm_vec3 wo)
 {
-    const struct pm_material *m = &world->materials[hit->material];
-    bool shines = m->type == PM_LIGHT || m->type == PM_SPOTLIGHT || m->type == PM_GLOW;
-    if (!shines || pm_vec3_dot(wo, hit->normal) < 0)
+    if (!world->lights->shows[hit->material] || pm_vec3_dot(wo, hit->normal) < 0)
         return pm_rgb_grey(0);
+    const struct pm_material *m = &world->materials[hit->material];
+    if (m->type == PM_ILLUM || pm_primitive_is_mixture(m->type))
+        return shown_by(world, hit, wo, hit->material, NULL);
     return pm_lights_shine(world, hit, wo);
 }
 

@@ -23,6 +23,7 @@ struct pm_lights {
     double *cumulative;      /* [count] chances of lights 0..i; the last is 1 */
     uint32_t *of_surface;    /* [shape_count]: the light of a surface, or PM_NO_LIGHT */
     uint32_t *of_distant;    /* [distant_count] likewise */
+    bool *shows;             /* [material_count]: is a lamp, or may show one: illum, mixture */
     size_t patterned;        /* lights with a pattern */
     pm_rgb power;            /* of all; of patterns by quadrature */
     pm_vec3 center;          /* of the scene's bounding sphere */

@@ -205,7 +205,7 @@ static pm_status find_alternate(const struct compiler *c, const pm_primitive *p,
         reference = q->string_count ? q->references[0] : PM_VOID;
         q = material_at(c, reference);
     }
-    if (q && (is_lamp(q->type) || q->type == PM_ANTIMATTER))
+    if (q && ((is_lamp(q->type) && p->type != PM_ILLUM) || q->type == PM_ANTIMATTER))
         return refuse(
             c, p,
             "names a light or an antimatter to be shown instead; name a material that "
