@@ -20,6 +20,11 @@ enum {
 #define SHARE_BELOW   0x1p-13 /* more below coarse grids */
 #define SMOOTH        .25     /* nor where it varies less */
 
+/* Values between those that were looked at may be like those of a neighbour: an edge crosses
+ * the cell. It and all its parts get this share of the neighbour's weight, and it is divided
+ * as if it had seen its values. */
+#define BESIDE 0x1p-6
+
 struct node {
     uint32_t first; /* of four children: v low u low, v low u high, ...; 0: a leaf */
     float low;      /* share of the lower half in v, as by share_of */
@@ -35,6 +40,7 @@ struct pm_light_table {
 
 struct cell {
     double weight, low, high;
+    double least; /* weight for the sake of its neighbours, and of all that is in it */
 };
 
 struct builder {
@@ -61,7 +67,7 @@ static double value_at(const struct builder *b, double u, double v)
 static struct cell sample_cell(const struct builder *b, int level, uint32_t x, uint32_t y)
 {
     double size = 1. / (double)(1U << level), squares = 0;
-    struct cell cell = {0, INFINITY, 0};
+    struct cell cell = {0, INFINITY, 0, 0};
     for (int i = 0; i < 4; i++) {
         double value =
             value_at(b, (x + .25 + .5 * (i & 1)) * size, (y + .25 + .5 * (i >> 1)) * size);
@@ -80,7 +86,7 @@ static struct cell *grid_cell(const struct builder *b, int level, uint32_t x, ui
 
 static void join_four(const struct builder *b, int level, uint32_t x, uint32_t y)
 {
-    struct cell all = {0, INFINITY, 0};
+    struct cell all = {0, INFINITY, 0, 0};
     for (uint32_t i = 0; i < 4; i++) {
         const struct cell *c = grid_cell(b, level + 1, 2 * x + (i & 1), 2 * y + (i >> 1));
         all.weight += c->weight / 4;
@@ -88,6 +94,38 @@ static void join_four(const struct builder *b, int level, uint32_t x, uint32_t y
         all.high = fmax(all.high, c->high);
     }
     *grid_cell(b, level, x, y) = all;
+}
+
+/* `cell` beside a neighbour. */
+static void heed(struct cell *cell, const struct cell *neighbour)
+{
+    cell->least = fmax(cell->least, BESIDE * neighbour->weight);
+    cell->low = fmin(cell->low, neighbour->low);
+    cell->high = fmax(cell->high, neighbour->high);
+}
+
+static struct cell heed_all(const struct cell *cells, uint32_t n, uint32_t x, uint32_t y)
+{
+    struct cell cell = cells[(size_t)y * n + x];
+    for (uint32_t j = y ? y - 1 : 0; j <= y + 1 && j < n; j++)
+        for (uint32_t i = x ? x - 1 : 0; i <= x + 1 && i < n; i++)
+            heed(&cell, &cells[(size_t)j * n + i]);
+    cell.weight = fmax(cell.weight, cell.least);
+    return cell;
+}
+
+static bool fill_finest(struct builder *b)
+{
+    uint32_t n = 1U << b->levels;
+    struct cell *cells = malloc((size_t)n * n * sizeof *cells);
+    if (!cells)
+        return false;
+    for (uint32_t i = 0; i < n * n; i++)
+        cells[i] = sample_cell(b, b->levels, i % n, i / n);
+    for (uint32_t i = 0; i < n * n; i++)
+        *grid_cell(b, b->levels, i % n, i / n) = heed_all(cells, n, i % n, i / n);
+    free(cells);
+    return true;
 }
 
 static bool fill_grid(struct builder *b)
@@ -102,15 +140,15 @@ static bool fill_grid(struct builder *b)
         b->grid[level] = cells;
         cells += (size_t)1 << 2 * level;
     }
-    uint32_t n = 1U << b->levels;
-    for (uint32_t i = 0; i < n * n; i++)
-        *grid_cell(b, b->levels, i % n, i / n) = sample_cell(b, b->levels, i % n, i / n);
+    if (!fill_finest(b))
+        return false;
     for (int level = b->levels - 1; level >= 0; level--)
         for (uint32_t i = 0; i < 1U << 2 * level; i++)
             join_four(b, level, i & ((1U << level) - 1), i >> level);
+    size_t finest = (size_t)1 << 2 * b->levels;
     b->total = b->grid[0]->weight;
-    b->share_below = fmax(SHARE_BELOW, .125 / ((double)n * n));
-    b->divisions = (size_t)n * n;
+    b->share_below = fmax(SHARE_BELOW, .125 / (double)finest);
+    b->divisions = finest;
     return true;
 }
 
@@ -142,6 +180,25 @@ static bool is_worth_dividing(const struct builder *b, int level, const struct c
            b->count + 4 <= MAX_NODES && !b->out_of_memory;
 }
 
+/* The four children of a cell. */
+static void find_children(const struct builder *b, int level, uint32_t x, uint32_t y,
+                          double least, struct cell children[4])
+{
+    struct cell sampled[4];
+    for (uint32_t i = 0; i < 4; i++) {
+        uint32_t right = 2 * x + (i & 1), up = 2 * y + (i >> 1);
+        sampled[i] = level < b->levels ? *grid_cell(b, level + 1, right, up)
+                                       : sample_cell(b, level + 1, right, up);
+    }
+    for (int i = 0; i < 4; i++) {
+        children[i] = sampled[i];
+        for (int k = 0; level >= b->levels && k < 4; k++)
+            heed(&children[i], &sampled[k]);
+        children[i].least = fmax(children[i].least, least);
+        children[i].weight = fmax(children[i].weight, children[i].least);
+    }
+}
+
 static void grow(struct builder *b, uint32_t node, int level, uint32_t x, uint32_t y,
                  const struct cell *cell)
 {
@@ -153,12 +210,10 @@ static void grow(struct builder *b, uint32_t node, int level, uint32_t x, uint32
     b->nodes[node].first = first;
     b->count += 4;
     b->divisions -= level >= b->levels;
-    for (uint32_t i = 0; i < 4; i++) {
-        uint32_t right = 2 * x + (i & 1), up = 2 * y + (i >> 1);
-        struct cell child = level < b->levels ? *grid_cell(b, level + 1, right, up)
-                                              : sample_cell(b, level + 1, right, up);
-        grow(b, first + i, level + 1, right, up, &child);
-    }
+    struct cell children[4];
+    find_children(b, level, x, y, cell->least, children);
+    for (uint32_t i = 0; i < 4; i++)
+        grow(b, first + i, level + 1, 2 * x + (i & 1), 2 * y + (i >> 1), &children[i]);
 }
 
 /* What is known after growing: mean weight of the node. */

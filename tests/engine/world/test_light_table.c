@@ -132,7 +132,7 @@ static void density_never_falls_below_its_floor(void **state)
 
 /* The sample's weight value / density, whose mean is the integral, varies by the table's own
  * steps alone: relative variance of a smooth function below (SMOOTH / 2)^2, and the floor adds
- * up to 1/16. A pixel found is drawn in 15 of 16 cases. */
+ * up to 1/15. A lone pixel's eight neighbours get 1/64 of its weight each, 1/7 of the rest. */
 static void samples_of_smooth_and_spiked_functions_are_nearly_equal(void **state)
 {
     (void)state;
@@ -150,7 +150,7 @@ static void samples_of_smooth_and_spiked_functions_are_nearly_equal(void **state
             sum += x / N;
             squares += x * x / N;
         }
-        assert_at_most(squares / (sum * sum) - 1, 1. / 64 + 1. / 15);
+        assert_at_most(squares / (sum * sum) - 1, 1. / 64 + 1. / 15 + 1. / 7);
         pm_arena_clear(&arena);
     }
 }
