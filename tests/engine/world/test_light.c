@@ -161,6 +161,27 @@ static void illum_stands_in_for_light_that_leaves_its_front(void **state)
     pm_world_free(world);
 }
 
+/* It lights nothing: the illum is the source. */
+static void lamp_behind_an_illum_is_seen(void **state)
+{
+    (void)state;
+    pm_world *world =
+        world_of("void brightfunc b 2 \"if(Px,3,5)\" . 0 0\nb glow g 0 0 4 2 2 2 0\n"
+                 "void illum i 1 g 0 3 1 1 1\nvoid illum j 1 i 0 3 4 4 4\n"
+                 "j ring a 0 0 8 0 0 0 0 0 1 0 1");
+    const pm_vec3 up = {0, 0, 1}, down = {0, 0, -1};
+    pm_hit hit = hit_along(world, (pm_vec3){.1, 0, 1}, down);
+    assert_near(pm_light_seen_radiance(world, &hit, up).r, 6, 1e-14);
+    assert_true(pm_rgb_is_black(pm_light_seen_radiance(world, &hit, down)));
+    assert_true(pm_rgb_is_black(pm_light_radiance(world, &hit, up)));
+    hit = hit_along(world, (pm_vec3){-.1, 0, 1}, down);
+    assert_near(pm_light_seen_radiance(world, &hit, up).r, 10, 1e-14);
+    pm_world_info info;
+    pm_world_info_get(world, &info);
+    assert_near(info.power.r, 4 * PM_PI * PM_PI, 1e-9);
+    pm_world_free(world);
+}
+
 /* Order in the file must not steer photons. */
 static void order_in_the_file_changes_no_photon(void **state)
 {
@@ -194,6 +215,7 @@ int main(void)
         cmocka_unit_test(spotlight_has_a_cone_and_a_focus),
         cmocka_unit_test(distant_glow_shows_only_where_no_light_does),
         cmocka_unit_test(illum_stands_in_for_light_that_leaves_its_front),
+        cmocka_unit_test(lamp_behind_an_illum_is_seen),
         cmocka_unit_test(order_in_the_file_changes_no_photon),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -37,9 +37,6 @@ static void lights_cannot_be_cut_or_stand_in(void **state)
     check_refused("void antimatter b 1 void 0 0\nvoid antimatter a 2 void b 0 0\n"
                   "a sphere s 0 0 4 0 0 0 1",
                   2, "cannot be cut");
-    check_refused("void glow g 0 0 4 1 1 1 0\nvoid illum i 1 g 0 3 1 1 1\n"
-                  "i sphere s 0 0 4 0 0 0 1",
-                  2, "shown instead");
     check_refused("void light g 0 0 3 1 1 1\nvoid mirror i 1 g 0 3 1 1 1\n"
                   "i ring s 0 0 8 0 0 0 0 0 1 0 1",
                   2, "shown instead");
