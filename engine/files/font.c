@@ -2,26 +2,36 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/arena.h"
+#include "base/maths.h"
 #include "files/words.h"
 
 enum { CHARACTERS = 256, VERTICES_MAX = 32000, GRID = 255 };
 enum { LINE_LENGTH_MAX = 511 }; /* Radiance's gettext cuts longer ones */
 enum { SPACING_MAX = 1000 };    /* character widths */
-enum { INDENT_SPACES = 3 };     /* so many and more align a column (text.c, proptext) */
+enum { STROKES_MAX = 256, PIECES_MAX = 64, PEN_MAX = 60, ARC_STEP = 15 }; /* [deg] */
+enum { INDENT_SPACES = 3 }; /* so many and more align a column (text.c, proptext) */
+
+/* What a pen draws on a straight way. */
+struct stroke {
+    double x0, y0, x1, y1;
+};
 
 struct glyph {
     bool given;
-    uint16_t count;
+    uint16_t count;                   /* vertices or strokes; 0: a blank */
     uint8_t left, right, bottom, top; /* the centre 128 included, as in Radiance's font.c */
-    uint8_t (*vertices)[2];
+    uint8_t (*vertices)[2];           /* of the outline; NULL if a pen draws the glyph */
+    struct stroke *strokes;
 };
 
 struct pm_font {
     pm_arena arena; /* everything, this struct included */
     int mean_width; /* of glyphs that have an area */
+    double pen;     /* its radius, if glyphs are strokes */
     struct glyph glyph[CHARACTERS];
 };
 
@@ -57,29 +67,143 @@ static pm_status read_vertices(pm_words *words, struct glyph *g, uint8_t (*out)[
     return PM_OK;
 }
 
+static pm_status read_outline(pm_words *words, pm_font *font, int character, pm_error *err)
+{
+    int64_t count = 0;
+    struct glyph *g = &font->glyph[character];
+    pm_status st =
+        pm_words_integer(words, "a glyph's number of vertices", 0, VERTICES_MAX, &count, err);
+    if (!st && 4 * (size_t)count > pm_words_left(words) + 1)
+        st = pm_words_error(words, PM_E_SYNTAX, err,
+                            "the file ends before the %d vertices of character %d", (int)count,
+                            character);
+    if (st)
+        return st;
+    g->count = (uint16_t)count;
+    g->vertices = pm_arena_array(&font->arena, (size_t)count + 1, sizeof *g->vertices);
+    return g->vertices ? read_vertices(words, g, g->vertices, err)
+                       : memory_error(words->file, err);
+}
+
+/* ---- glyphs that a pen draws ---- */
+
+/* Strokes of one glyph as they are read. */
+struct drawing {
+    struct stroke strokes[STROKES_MAX];
+    unsigned count;
+};
+
+static pm_status draw(pm_words *words, struct drawing *d, double x0, double y0, double x1,
+                      double y1, pm_error *err)
+{
+    if (d->count == STROKES_MAX)
+        return pm_words_error(words, PM_E_LIMIT, err, "a glyph has more than %d strokes",
+                              STROKES_MAX);
+    d->strokes[d->count++] = (struct stroke){x0, y0, x1, y1};
+    return PM_OK;
+}
+
+static pm_status read_line(pm_words *words, int64_t points, struct drawing *d, pm_error *err)
+{
+    int64_t x = 0, y = 0, x0 = 0, y0 = 0;
+    for (int64_t i = 0; i < points; i++, x0 = x, y0 = y) {
+        pm_status st = pm_words_integer(words, "x of a point", 0, GRID, &x, err);
+        if (!st)
+            st = pm_words_integer(words, "y of a point", 0, GRID, &y, err);
+        if (!st && i > 0)
+            st = draw(words, d, (double)x0, (double)y0, (double)x, (double)y, err);
+        if (st)
+            return st;
+    }
+    return PM_OK;
+}
+
+static pm_status read_arc(pm_words *words, struct drawing *d, pm_error *err)
+{
+    int64_t v[6] = {0}; /* centre, radii, angles */
+    pm_status st = PM_OK;
+    for (int i = 0; i < 6 && !st; i++)
+        st = pm_words_integer(words, "a number of an arc", i < 4 ? 0 : -360, 360, &v[i], err);
+    int steps = (int)(llabs(v[5] - v[4]) + ARC_STEP - 1) / ARC_STEP;
+    double x0 = 0, y0 = 0;
+    for (int i = 0; i <= steps && !st; i++) {
+        double sine, cosine, share = steps ? (double)i / steps : 0;
+        pm_sincos(((double)v[4] + share * (double)(v[5] - v[4])) * (PM_PI / 180), &sine,
+                  &cosine);
+        double x = (double)v[0] + (double)v[2] * cosine, y = (double)v[1] + (double)v[3] * sine;
+        if (i > 0)
+            st = draw(words, d, x0, y0, x, y, err);
+        x0 = x;
+        y0 = y;
+    }
+    return st;
+}
+
+static double clipped(double x)
+{
+    return fmin(fmax(x, 0), GRID);
+}
+
+static pm_status keep_strokes(pm_words *words, const struct drawing *d, pm_font *font,
+                              struct glyph *g, pm_error *err)
+{
+    g->strokes = pm_arena_array(&font->arena, d->count + 1, sizeof *g->strokes);
+    if (!g->strokes)
+        return memory_error(words->file, err);
+    g->count = (uint16_t)d->count;
+    memcpy(g->strokes, d->strokes, d->count * sizeof *g->strokes);
+    for (unsigned i = 0; i < d->count; i++) {
+        const struct stroke *s = &d->strokes[i];
+        extend(g, (unsigned)clipped(floor(fmin(s->x0, s->x1) - font->pen)),
+               (unsigned)clipped(floor(fmin(s->y0, s->y1) - font->pen)));
+        extend(g, (unsigned)clipped(ceil(fmax(s->x0, s->x1) + font->pen)),
+               (unsigned)clipped(ceil(fmax(s->y0, s->y1) + font->pen)));
+    }
+    return PM_OK;
+}
+
+static pm_status read_drawing(pm_words *words, pm_font *font, int character, pm_error *err)
+{
+    struct drawing d = {.count = 0};
+    int64_t pieces = 0, points = 0;
+    pm_status st =
+        pm_words_integer(words, "a glyph's number of pieces", 0, PIECES_MAX, &pieces, err);
+    for (int64_t i = 0; i < pieces && !st; i++) {
+        st =
+            pm_words_integer(words, "a piece's number of points", 0, STROKES_MAX, &points, err);
+        if (!st)
+            st = points ? read_line(words, points, &d, err) : read_arc(words, &d, err);
+    }
+    return st ? st : keep_strokes(words, &d, font, &font->glyph[character], err);
+}
+
+/* ---- the whole ---- */
+
 static pm_status read_glyph(pm_words *words, pm_font *font, pm_error *err)
 {
-    int64_t character = 0, count = 0;
+    int64_t character = 0;
     pm_status st =
         pm_words_integer(words, "a glyph's character", 1, CHARACTERS - 1, &character, err);
     struct glyph *g = &font->glyph[character];
     if (!st && g->given)
         st = pm_words_error(words, PM_E_SYNTAX, err, "character %d has two glyphs",
                             (int)character);
-    if (!st)
-        st = pm_words_integer(words, "a glyph's number of vertices", 0, VERTICES_MAX, &count,
-                              err);
-    if (!st && 4 * (size_t)count > pm_words_left(words) + 1)
-        st = pm_words_error(words, PM_E_SYNTAX, err,
-                            "the file ends before the %d vertices of character %d", (int)count,
-                            (int)character);
     if (st)
         return st;
-    uint8_t(*vertices)[2] = pm_arena_array(&font->arena, (size_t)count + 1, sizeof *vertices);
-    if (!vertices)
-        return memory_error(words->file, err);
-    *g = (struct glyph){true, (uint16_t)count, 128, 128, 128, 128, vertices};
-    return read_vertices(words, g, vertices, err);
+    *g = (struct glyph){true, 0, 128, 128, 128, 128, NULL, NULL};
+    return font->pen > 0 ? read_drawing(words, font, (int)character, err)
+                         : read_outline(words, font, (int)character, err);
+}
+
+/* A font whose glyphs are strokes says so first. */
+static pm_status read_pen(pm_words *words, pm_font *font, pm_error *err)
+{
+    int64_t pen = 0;
+    if (!pm_words_take(words, "strokes"))
+        return PM_OK;
+    pm_status st = pm_words_integer(words, "the pen's radius", 1, PEN_MAX, &pen, err);
+    font->pen = (double)pen;
+    return st;
 }
 
 static int mean_width(const pm_font *font)
@@ -109,6 +233,7 @@ pm_status pm_font_read(const void *bytes, size_t size, const char *name, pm_font
         return memory_error(name, err);
     }
     font->arena = arena;
+    st = read_pen(&words, font, err);
     while (!st && pm_words_more(&words))
         st = read_glyph(&words, font, err);
     if (st) {
@@ -303,13 +428,27 @@ static bool crosses(const uint8_t a[2], const uint8_t b[2], double x, double y, 
     return (b[1] > a[1]) != ((a[1] - y) * (b[0] - x) > (a[0] - x) * (b[1] - y));
 }
 
-static bool in_glyph(const struct glyph *g, double x, double y)
+/* Whether a round pen of that radius comes over the point. */
+static bool covers(const struct stroke *s, double pen, double x, double y)
+{
+    double dx = s->x1 - s->x0, dy = s->y1 - s->y0, px = x - s->x0, py = y - s->y0;
+    double square = dx * dx + dy * dy, t = square > 0 ? (px * dx + py * dy) / square : 0;
+    t = fmin(fmax(t, 0), 1);
+    px -= t * dx;
+    py -= t * dy;
+    return px * px + py * py < pen * pen;
+}
+
+static bool in_glyph(const pm_font *font, const struct glyph *g, double x, double y)
 {
     int cell_x = (int)x, cell_y = (int)y;
     if (g->left > cell_x || g->right <= cell_x || g->bottom > cell_y || g->top <= cell_y)
         return false;
     bool inside = false;
-    for (unsigned i = 0; i < g->count; i++)
+    for (unsigned i = 0; g->strokes && i < g->count; i++)
+        if (covers(&g->strokes[i], font->pen, x, y))
+            return true;
+    for (unsigned i = 0; g->vertices && i < g->count; i++)
         inside ^= crosses(g->vertices[i ? i - 1 : g->count - 1u], g->vertices[i], x, y, cell_x,
                           cell_y);
     return inside;
@@ -323,7 +462,7 @@ static bool in_line(const pm_font *font, const struct line *line, int cell, doub
         if (cell < 0)
             return false;
         const struct glyph *g = glyph_of(font, line->text[i]);
-        if (g && cell < GRID && in_glyph(g, cell + part, y))
+        if (g && cell < GRID && in_glyph(font, g, cell + part, y))
             return true;
     }
     return false;

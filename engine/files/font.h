@@ -13,13 +13,20 @@
  * points are ink.
  *
  * Format: for each glyph its character 1..255, the number of vertices, and their x y in 0..255,
- * y upwards; `#` starts a comment. Source: Radiance's refer/filefmts, "Font files". */
+ * y upwards; `#` starts a comment. Source: Radiance's refer/filefmts, "Font files".
+ *
+ * An extension of ours: a file that begins with `strokes RADIUS` has glyphs that a round pen
+ * draws: a character, the number of pieces, and for each either its number of points and those,
+ * or 0 and an arc: centre, radii, first and last angle [deg]. */
 
 typedef struct pm_font pm_font;
 
 PM_MUST_USE pm_status pm_font_read(const void *bytes, size_t size, const char *name,
                                    pm_font **out, pm_error *err);
 void pm_font_free(pm_font *font);
+
+/* The bytes of a font that need not be brought, static: "helvet.fnt"; NULL for other names. */
+const char *pm_font_standard(const char *name, size_t *size);
 
 /* Lines of text in a font, as colortext, brighttext and mixtext set them. Borrows the font;
  * lives in an arena. */

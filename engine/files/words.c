@@ -3,6 +3,7 @@
 #include <limits.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "base/number.h"
 
@@ -70,6 +71,15 @@ static size_t word_length(const pm_words *words)
 static int shown(size_t length)
 {
     return length < SHOWN ? (int)length : SHOWN;
+}
+
+bool pm_words_take(pm_words *words, const char *word)
+{
+    if (!pm_words_more(words) || word_length(words) != strlen(word) ||
+        memcmp(words->at, word, strlen(word)) != 0)
+        return false;
+    words->at += strlen(word);
+    return true;
 }
 
 pm_status pm_words_real(pm_words *words, const char *what, double *out, pm_error *err)

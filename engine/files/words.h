@@ -23,6 +23,9 @@ PM_MUST_USE pm_status pm_words_init(pm_words *words, const void *bytes, size_t s
 /* Passes white space and comments; false at the end. */
 bool pm_words_more(pm_words *words);
 
+/* Passes the next word if it is `word`. */
+bool pm_words_take(pm_words *words, const char *word);
+
 /* The next number. `what` completes "... must be", e.g. "the number of dimensions"; errors have
  * the place. Reals are finite. */
 PM_MUST_USE pm_status pm_words_real(pm_words *words, const char *what, double *out,

@@ -129,9 +129,10 @@ static pm_status find_file(const struct strings *s, size_t index, char role, pm_
     *out = pm_bundle_find(r->parser->bundle, name, r->frame->file->name);
     if (*out)
         return PM_OK;
-    if (role == 'c') {
+    if (role == 'c' || role == 't') {
         *storage = (pm_file){.name = name};
-        storage->data = (const uint8_t *)pm_language_standard(name, &storage->size);
+        storage->data = (const uint8_t *)(role == 'c' ? pm_language_standard
+                                                      : pm_font_standard)(name, &storage->size);
         *out = storage;
         if (storage->data)
             return PM_OK;

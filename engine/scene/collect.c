@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "files/font.h"
 #include "language/language.h"
 #include "scene/bundle.h"
 #include "scene/named_files.h"
@@ -208,7 +209,8 @@ static pm_status add_named(void *context, const pm_file *from, const pm_word *wo
         free(resolved);
         return st;
     }
-    bool standard = role == 'c' && pm_language_standard(word->text, &size);
+    bool standard = (role == 'c' && pm_language_standard(word->text, &size)) ||
+                    (role == 't' && pm_font_standard(word->text, &size));
     if (!standard && role != '?')
         note(&c->missing, word, from->name);
     return PM_OK;

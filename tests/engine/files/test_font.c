@@ -140,6 +140,57 @@ static void odd_texts_are_set(void **state)
     pm_arena_clear(&arena);
 }
 
+static double share_of_ink(const pm_font *font, char c)
+{
+    enum { STEPS = 128 };
+    const char line[2] = {c, '\0'};
+    const pm_text *text = set(font, line, NULL);
+    int ink = 0;
+    for (int i = 0; i < STEPS; i++)
+        for (int k = 0; k < STEPS; k++)
+            ink += pm_text_holds(text, (i + .5) / STEPS, (k + .5) / STEPS);
+    return ink / (double)(STEPS * STEPS);
+}
+
+/* A bar of a pen of radius 20 from x = 50 to 200 at the grid's middle, and a ring of radii 60
+ * +- 20: areas 150 * 40 + pi 400 and pi (80^2 - 40^2) of 255^2. 24 chords lie at most (1 -
+ * cos 7.5 deg) 60 = 0.5 inside the circle, the raster is 2 wide: 3 percent is a bound. */
+static void strokes_are_as_wide_as_their_pen(void **state)
+{
+    (void)state;
+    static const char strokes[] = "strokes 20\n65 1 2 50 128 200 128\n"
+                                  "66 1 0 128 128 60 60 0 360\n32 0\n";
+    pm_error err = PM_ERROR_INIT;
+    pm_font *font = NULL;
+    assert_int_equal(pm_font_read(strokes, strlen(strokes), "s.fnt", &font, &err), PM_OK);
+    double bar = (150 * 40 + 3.14159265 * 400) / (255. * 255);
+    double ring = 3.14159265 * (80 * 80 - 40 * 40) / (255. * 255);
+    assert_true(fabs(share_of_ink(font, 'A') / bar - 1) < 0.03);
+    assert_true(fabs(share_of_ink(font, 'B') / ring - 1) < 0.03);
+    assert_true(share_of_ink(font, ' ') == 0);
+    pm_font_free(font);
+    pm_arena_clear(&arena);
+}
+
+static void the_standard_font_has_every_printable_character(void **state)
+{
+    (void)state;
+    size_t size = 0;
+    pm_error err = PM_ERROR_INIT;
+    pm_font *font = NULL;
+    const char *bytes = pm_font_standard("helvet.fnt", &size);
+    assert_int_equal(pm_font_read(bytes, size, "helvet.fnt", &font, &err), PM_OK);
+    assert_null(pm_font_standard("times.fnt", &size));
+    for (char c = '!'; c <= '~'; c++) {
+        double ink = share_of_ink(font, c);
+        if (!(ink > 0.01 && ink < 0.4))
+            fail_msg("%c has %g of its cell black", c, ink);
+    }
+    assert_true(share_of_ink(font, ' ') == 0);
+    pm_font_free(font);
+    pm_arena_clear(&arena);
+}
+
 static void fonts_say_what_is_wrong(void **state)
 {
     (void)state;
@@ -152,6 +203,11 @@ static void fonts_say_what_is_wrong(void **state)
                             "65");
     refuses("65 1 1 256", "f.fnt:1:8: y of a vertex must be a whole number from 0 to 255, not "
                           "'256'");
+    refuses("strokes 0", "f.fnt:1:9: the pen's radius must be a whole number from 1 to 60, not "
+                         "'0'");
+    refuses("strokes 9 65 1 0 1 1 1 1 0 361",
+            "f.fnt:1:28: a number of an arc must be a whole number from -360 to 360, not "
+            "'361'");
     refuses("65", "f.fnt:1:3: the file ends before a glyph's number of vertices");
 }
 
@@ -162,6 +218,8 @@ int main(void)
         cmocka_unit_test(squeezed_text_stands_close),
         cmocka_unit_test(proportional_text_aligns_columns),
         cmocka_unit_test(odd_texts_are_set),
+        cmocka_unit_test(strokes_are_as_wide_as_their_pen),
+        cmocka_unit_test(the_standard_font_has_every_printable_character),
         cmocka_unit_test(fonts_say_what_is_wrong),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
