@@ -12,6 +12,14 @@ bool pm_octree_file_is(const void *data, size_t size)
     return pm_portable_header(&reader, FORMAT, PM_OCTREE_MAGIC, &index_size);
 }
 
+bool pm_octree_file_cube(const void *data, size_t size, double origin[3], double *edge)
+{
+    pm_reader reader = {.data = data, .size = size};
+    unsigned index_size;
+    return pm_portable_header(&reader, FORMAT, PM_OCTREE_MAGIC, &index_size) &&
+           pm_portable_cube(&reader, origin, edge);
+}
+
 struct octree_reader {
     pm_reader bytes;
     unsigned index_size;

@@ -23,6 +23,9 @@ typedef struct pm_octree_file {
 /* True for bytes that start as an octree file does. */
 bool pm_octree_file_is(const void *data, size_t size);
 
+/* Its cube alone; false if the bytes are damaged before its end. */
+bool pm_octree_file_cube(const void *data, size_t size, double origin[3], double *edge);
+
 /* Reads a whole file. Lists are put into the arena, texts lie in `data`.
  *   limit  most primitives
  * PM_E_CORRUPT for what is cut off or damaged: a set with an object that is not there or is a

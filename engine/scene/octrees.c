@@ -124,11 +124,11 @@ static pm_status read_named_file(pm_parser *parser, const pm_frame *frame, const
 static pm_status read_named_files(pm_parser *parser, const pm_frame *frame,
                                   const pm_octree_file *octree)
 {
-    uint64_t before = parser->count + parser->aliases;
+    uint64_t before = parser->count + parser->alias_count;
     pm_status st = PM_OK;
     for (uint32_t i = 0; !st && i < octree->file_count; i++)
         st = read_named_file(parser, frame, octree->files[i]);
-    uint64_t objects = parser->count + parser->aliases - before;
+    uint64_t objects = parser->count + parser->alias_count - before;
     if (st || objects == octree->objects)
         return st;
     return pm_error_set_at(parser->err, PM_E_MISMATCH, frame->file->name, 0, 0,

@@ -8,6 +8,7 @@ struct pm_scene_memory {
     pm_arena arena;
     pm_primitive *primitives;
     pm_prototype *prototypes;
+    uint32_t *aliases;
 };
 
 pm_status pm_parser_memory_error(pm_parser *parser)
@@ -89,6 +90,20 @@ pm_status pm_parser_primitive(pm_reading *r)
     return st ? st : append(r);
 }
 
+static bool note_alias(pm_parser *parser)
+{
+    if (parser->alias_count == parser->alias_capacity) {
+        size_t capacity = parser->alias_capacity ? 2 * parser->alias_capacity : 16;
+        uint32_t *more = realloc(parser->aliases, capacity * sizeof *more);
+        if (!more)
+            return false;
+        parser->aliases = more;
+        parser->alias_capacity = capacity;
+    }
+    parser->aliases[parser->alias_count++] = (uint32_t)parser->count;
+    return true;
+}
+
 /* What the alias `new` stands for: a record whose alias has no modifier of its own says it as
  * the modifier. */
 static pm_status alias_target(const pm_reading *r, bool *inherits, int32_t *out)
@@ -122,9 +137,8 @@ pm_status pm_parser_alias(pm_reading *r)
         return st;
     int32_t modifier = r->result.modifier;
     if (inherits || modifier == parser->primitives[target].modifier) {
-        parser->aliases++;
-        return pm_names_set(&parser->names, &s->name, target) ? pm_parser_memory_error(parser)
-                                                              : PM_OK;
+        bool added = note_alias(parser) && !pm_names_set(&parser->names, &s->name, target);
+        return added ? PM_OK : pm_parser_memory_error(parser);
     }
     r->result = parser->primitives[target];
     r->result.modifier = modifier;
@@ -214,24 +228,35 @@ static pm_status copy_file_names(pm_parser *parser, pm_scene *scene)
     return names ? PM_OK : pm_parser_memory_error(parser);
 }
 
-static pm_status parse_main(pm_parser *parser, const pm_file *file)
+static pm_status allocate_by_file(pm_parser *parser)
 {
     size_t files = pm_bundle_count(parser->bundle);
     parser->counts = pm_arena_array(&parser->scratch, files, sizeof *parser->counts);
     parser->newest_prototype =
         pm_arena_array(&parser->scratch, files, sizeof *parser->newest_prototype);
-    if (!parser->counts || !parser->newest_prototype)
-        return pm_parser_memory_error(parser);
+    return parser->counts && parser->newest_prototype ? PM_OK : pm_parser_memory_error(parser);
+}
+
+static pm_status parse_main(pm_parser *parser, const char *name)
+{
+    const pm_file *file = pm_bundle_find(parser->bundle, name, NULL);
+    if (!file)
+        return pm_error_set(parser->err, PM_E_MISSING, "there is no file '%s' in the bundle",
+                            name);
     const pm_frame frame = {
         .file = file, .transform = pm_transform_identity(), .prefix = "", .depth = 1};
     return pm_octree_file_is(file->data, file->size) ? pm_parser_octree(parser, &frame)
                                                      : pm_parser_top_file(parser, &frame);
 }
 
-static pm_status parse(pm_parser *parser, const pm_file *file, pm_scene *scene)
+static pm_status parse(pm_parser *parser, const char *const *names, size_t count,
+                       pm_scene *scene)
 {
-    pm_status st = parse_main(parser, file);
+    pm_status st = allocate_by_file(parser);
+    for (size_t i = 0; !st && i < count; i++)
+        st = parse_main(parser, names[i]);
     scene->main_count = parser->count;
+    scene->alias_count = parser->alias_count;
     if (!st)
         st = pm_parser_prototypes(parser);
     if (!st)
@@ -239,13 +264,28 @@ static pm_status parse(pm_parser *parser, const pm_file *file, pm_scene *scene)
     return st;
 }
 
-pm_status pm_scene_parse(const pm_bundle *bundle, const char *main_name,
-                         const pm_scene_limits *limits, pm_scene **out, pm_error *err)
+/* The scene takes what was made for it. */
+static void hand_over(pm_parser *parser, struct pm_scene_memory *memory)
 {
-    const pm_file *file = pm_bundle_find(bundle, main_name, NULL);
-    if (!file)
-        return pm_error_set(err, PM_E_MISSING, "there is no file '%s' in the bundle",
-                            main_name);
+    pm_arena_clear(&parser->scratch);
+    free(parser->words);
+    free(parser->prototype_origins);
+    free(parser->slots);
+    memory->primitives = parser->primitives;
+    memory->prototypes = parser->prototypes;
+    memory->aliases = parser->aliases;
+    memory->scene.primitives = parser->primitives;
+    memory->scene.count = parser->count;
+    memory->scene.prototypes = parser->prototypes;
+    memory->scene.prototype_count = parser->prototype_count;
+    memory->scene.aliases = parser->aliases;
+    memory->scene.assets = parser->assets;
+    memory->scene.memory = memory;
+}
+
+pm_status pm_scene_parse_files(const pm_bundle *bundle, const char *const *names, size_t count,
+                               const pm_scene_limits *limits, pm_scene **out, pm_error *err)
+{
     struct pm_scene_memory *memory = calloc(1, sizeof *memory);
     if (!memory)
         return pm_error_set(err, PM_E_MEMORY, "not enough memory for the scene");
@@ -255,25 +295,20 @@ pm_status pm_scene_parse(const pm_bundle *bundle, const char *main_name,
                         .arena = &memory->arena,
                         .assets = pm_assets_new()};
     parser.names.arena = &parser.scratch;
-    pm_status st =
-        parser.assets ? parse(&parser, file, &memory->scene) : pm_parser_memory_error(&parser);
-    pm_arena_clear(&parser.scratch);
-    free(parser.words);
-    free(parser.prototype_origins);
-    free(parser.slots);
-    memory->primitives = parser.primitives;
-    memory->prototypes = parser.prototypes;
-    memory->scene.primitives = parser.primitives;
-    memory->scene.count = parser.count;
-    memory->scene.prototypes = parser.prototypes;
-    memory->scene.prototype_count = parser.prototype_count;
-    memory->scene.assets = parser.assets;
-    memory->scene.memory = memory;
+    pm_status st = parser.assets ? parse(&parser, names, count, &memory->scene)
+                                 : pm_parser_memory_error(&parser);
+    hand_over(&parser, memory);
     if (st)
         pm_scene_free(&memory->scene);
     else
         *out = &memory->scene;
     return st;
+}
+
+pm_status pm_scene_parse(const pm_bundle *bundle, const char *main_name,
+                         const pm_scene_limits *limits, pm_scene **out, pm_error *err)
+{
+    return pm_scene_parse_files(bundle, &main_name, 1, limits, out, err);
 }
 
 void pm_scene_free(pm_scene *scene)
@@ -285,5 +320,6 @@ void pm_scene_free(pm_scene *scene)
     pm_assets_free(scene->assets);
     free(memory->primitives);
     free(memory->prototypes);
+    free(memory->aliases);
     free(memory);
 }

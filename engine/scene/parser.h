@@ -45,7 +45,8 @@ typedef struct pm_parser {
     pm_primitive *primitives;
     size_t count, capacity;
     uint64_t reals, bytes;
-    uint64_t aliases; /* that are no primitives of their own */
+    uint32_t *aliases; /* that are no primitives: how many of those stand before each */
+    size_t alias_count, alias_capacity;
     pm_assets *assets;
     pm_prototype *prototypes;
     pm_prototype_origin *prototype_origins;

@@ -85,6 +85,10 @@ static pm_status add(pm_parser *parser, uint32_t file_index, const pm_mesh *mesh
     int32_t index = (int32_t)parser->prototype_count++;
     parser->prototypes[index] = (pm_prototype){
         .mesh = mesh, .slots = slots, .digest = pm_digest_of(file->data, file->size)};
+    if (mesh) {
+        parser->prototypes[index].low = mesh->low;
+        parser->prototypes[index].high = mesh->high;
+    }
     parser->prototype_origins[index] =
         (pm_prototype_origin){file, parser->newest_prototype[file_index] - 1};
     parser->newest_prototype[file_index] = index + 1;
@@ -135,6 +139,22 @@ static pm_status read_materials(pm_parser *parser, const pm_frame *frame, size_t
     return st;
 }
 
+static pm_status read_octree(pm_parser *parser, const pm_frame *frame, size_t index)
+{
+    const pm_file *file = frame->file;
+    double corner[3], size;
+    if (!pm_octree_file_is(file->data, file->size))
+        return pm_error_set_at(parser->err, PM_E_CORRUPT, file->name, 0, 0,
+                               "this is no octree; make one of it (oconv)");
+    pm_status st = pm_parser_octree(parser, frame);
+    if (st || !pm_octree_file_cube(file->data, file->size, corner, &size))
+        return st;
+    pm_prototype *prototype = &parser->prototypes[index];
+    prototype->low = pm_vec3_make(corner[0], corner[1], corner[2]);
+    prototype->high = pm_vec3_add(prototype->low, pm_vec3_make(size, size, size));
+    return PM_OK;
+}
+
 /* A file of its own names: what the main scene defines is unknown in it. */
 static pm_status read_prototype(pm_parser *parser, size_t index)
 {
@@ -152,11 +172,8 @@ static pm_status read_prototype(pm_parser *parser, size_t index)
     pm_status st = PM_OK;
     if (parser->prototypes[index].mesh)
         st = read_materials(parser, &frame, index);
-    else if (pm_octree_file_is(frame.file->data, frame.file->size))
-        st = pm_parser_octree(parser, &frame);
     else
-        st = pm_error_set_at(parser->err, PM_E_CORRUPT, frame.file->name, 0, 0,
-                             "this is no octree; make one of it (oconv)");
+        st = read_octree(parser, &frame, index);
     if (!st && pm_bytes_status(&reads))
         st = pm_parser_memory_error(parser);
     /* not by the bytes of the octree alone: it may only name its files */

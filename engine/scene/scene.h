@@ -7,6 +7,7 @@
 
 #include "base/digest.h"
 #include "base/error.h"
+#include "base/vec3.h"
 #include "language/language.h"
 #include "scene/bundle.h"
 #include "scene/transform.h"
@@ -110,8 +111,8 @@ typedef struct pm_primitive {
     pm_function expressions; /* without arguments: orientations, coordinates of data, ... */
     pm_function functions;   /* of data, or of a direction: see pm_type.arguments */
     pm_function coordinates; /* of a direction: plasdata's and its like's */
-    /* Bit i: the i-th of `functions` of a colordata or colorpict has fewer than three parameters
-     * and gets its own value alone (Radiance's src/rt/p_data.c). */
+    /* Bit i: the i-th of `functions` of a colordata or colorpict has fewer than three
+     * parameters and gets its own value alone (Radiance's src/rt/p_data.c). */
     uint8_t lone_functions;
     /* From the primitive's own coordinates to the scene's: the transform that its string
      * arguments end in, then the `xform` lines. NULL for the identity and for types whose reals
@@ -129,7 +130,8 @@ typedef struct pm_prototype {
     const struct pm_mesh *mesh; /* NULL: an octree; lives in the assets */
     /* [mesh->slot_count]: the modifiers of a mesh's materials, PM_VOID for none */
     const int32_t *slots;
-    pm_digest digest; /* of the file's bytes */
+    pm_digest digest;  /* of the file's bytes and of those that it names */
+    pm_vec3 low, high; /* an octree's cube, as its file has it; a mesh's bounds */
 } pm_prototype;
 
 typedef struct pm_scene {
@@ -138,6 +140,10 @@ typedef struct pm_scene {
     size_t count, main_count;
     const pm_prototype *prototypes; /* an instance's or mesh's asset is its number here */
     size_t prototype_count;
+    /* How many primitives of the main scene stand before each alias that is none itself:
+     * Radiance numbers those, too. */
+    const uint32_t *aliases;
+    size_t alias_count;
     const char *const *files; /* names, for messages */
     size_t file_count;
     struct pm_assets *assets; /* shared with whoever asked (assets.h) */
@@ -172,6 +178,12 @@ typedef struct pm_scene_limits {
 PM_MUST_USE pm_status pm_scene_parse(const pm_bundle *bundle, const char *main_name,
                                      const pm_scene_limits *limits, pm_scene **out,
                                      pm_error *err);
+
+/* The same for several files, one after the other, as one scene: a name that one defines holds
+ * in those behind it. */
+PM_MUST_USE pm_status pm_scene_parse_files(const pm_bundle *bundle, const char *const *names,
+                                           size_t count, const pm_scene_limits *limits,
+                                           pm_scene **out, pm_error *err);
 void pm_scene_free(pm_scene *scene);
 
 /* Radiance's word for a type, e.g. "plastic". */
