@@ -19,15 +19,20 @@ enum { LINE_MAX_BYTES = 2048 };
 struct pm_picture {
     uint32_t width, height;
     bool xyz;
+    unsigned bands;  /* 0: three colours */
+    double nm0, nm1; /* outer edges of the bands */
     pm_data_axis u, v;
-    uint8_t (*pixels)[4]; /* mantissas and exponent, rows from the bottom */
+    size_t stride;   /* of a pixel: a mantissa for each colour or band, and the exponent */
+    uint8_t *pixels; /* rows from the bottom */
 };
 
 struct reading {
     const uint8_t *at, *end;
     const char *name;
     pm_error *err;
-    bool xyz;
+    bool xyz, spectral;
+    int64_t bands;
+    double nm0, nm1;
     double aspect;                 /* of a pixel: height over width */
     bool rows;                     /* scan lines run along x */
     bool x_decreases, y_decreases; /* along the file */
@@ -65,31 +70,91 @@ static bool is_text(const char *text, size_t length, const char *expected)
     return length == strlen(expected) && memcmp(text, expected, length) == 0;
 }
 
+static void trim(const char **text, size_t *length)
+{
+    while (*length && (**text == ' ' || **text == '\t'))
+        ++*text, --*length;
+    while (*length && ((*text)[*length - 1] == ' ' || (*text)[*length - 1] == '\t'))
+        --*length;
+}
+
 static pm_status read_format(struct reading *r, const char *text, size_t length)
 {
-    while (length && (*text == ' ' || *text == '\t'))
-        text++, length--;
-    while (length && (text[length - 1] == ' ' || text[length - 1] == '\t'))
-        length--;
+    trim(&text, &length);
     r->xyz = is_text(text, length, "32-bit_rle_xyze");
-    if (r->xyz || is_text(text, length, "32-bit_rle_rgbe"))
+    r->spectral = is_text(text, length, "Radiance_spectra");
+    if (r->xyz || r->spectral || is_text(text, length, "32-bit_rle_rgbe"))
         return PM_OK;
     return pm_error_set_at(r->err, PM_E_UNSUPPORTED, r->name, 0, 0,
-                           "the picture's format is '%.*s'; 32-bit_rle_rgbe and "
-                           "32-bit_rle_xyze are read",
+                           "the picture's format is '%.*s'; 32-bit_rle_rgbe, 32-bit_rle_xyze "
+                           "and Radiance_spectra are read",
                            (int)(length < 40 ? length : 40), text);
 }
 
 static pm_status read_aspect(struct reading *r, const char *text, size_t length)
 {
     double value = 0;
-    while (length && (*text == ' ' || *text == '\t'))
-        text++, length--;
-    while (length && (text[length - 1] == ' ' || text[length - 1] == '\t'))
-        length--;
+    trim(&text, &length);
     if (pm_number_real(text, length, &value) || !(value > 1e-6) || !(value < 1e6))
         return bad(r, PM_E_RANGE, "PIXASPECT must be a number from 1e-6 to 1e6");
     r->aspect *= value;
+    return PM_OK;
+}
+
+static pm_status read_bands(struct reading *r, const char *text, size_t length)
+{
+    trim(&text, &length);
+    if (pm_number_integer(text, length, &r->bands) || r->bands < 3 ||
+        r->bands > PM_PICTURE_BANDS)
+        return bad(r, PM_E_RANGE, "NCOMP must be a number from 3 to 24");
+    return PM_OK;
+}
+
+/* Four wavelengths, of which the first and the last bound the bands. */
+static pm_status read_splits(struct reading *r, const char *text, size_t length)
+{
+    double nm[4] = {0};
+    bool right = true;
+    for (int i = 0; i < 4 && right; i++) {
+        trim(&text, &length);
+        size_t word = 0;
+        while (word < length && text[word] != ' ' && text[word] != '\t')
+            word++;
+        right = !pm_number_real(text, word, &nm[i]) && nm[i] >= 1 && nm[i] <= 1e6;
+        text += word;
+        length -= word;
+    }
+    if (!right || nm[0] == nm[3])
+        return bad(r, PM_E_RANGE, "WAVELENGTH_SPLITS must be four wavelengths in nanometres");
+    r->nm0 = nm[0];
+    r->nm1 = nm[3];
+    return PM_OK;
+}
+
+static pm_status check_bands(const struct reading *r)
+{
+    if (r->spectral && (r->bands < 4 || !(r->nm0 > 0)))
+        return bad(r, PM_E_SYNTAX,
+                   "a spectral picture must say NCOMP, 4 to 24, and WAVELENGTH_SPLITS");
+    if (!(r->aspect > 1e-6 && r->aspect < 1e6))
+        return bad(r, PM_E_RANGE, "PIXASPECT lines together must be from 1e-6 to 1e6");
+    return PM_OK;
+}
+
+static pm_status read_header_line(struct reading *r, const char *line, size_t length)
+{
+    static const struct {
+        const char *start;
+        pm_status (*read)(struct reading *r, const char *text, size_t length);
+    } known[] = {{"FORMAT=", read_format},
+                 {"PIXASPECT=", read_aspect},
+                 {"NCOMP=", read_bands},
+                 {"WAVELENGTH_SPLITS=", read_splits}};
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
+        size_t start = strlen(known[i].start);
+        if (starts_with(line, length, known[i].start))
+            return known[i].read(r, line + start, length - start);
+    }
     return PM_OK;
 }
 
@@ -105,14 +170,9 @@ static pm_status read_header(struct reading *r)
             return bad(r, PM_E_CORRUPT, "the picture's header has no end");
         if (!length)
             break;
-        if (starts_with(line, length, "FORMAT="))
-            st = read_format(r, line + 7, length - 7);
-        else if (starts_with(line, length, "PIXASPECT="))
-            st = read_aspect(r, line + 10, length - 10);
+        st = read_header_line(r, line, length);
     }
-    if (!st && !(r->aspect > 1e-6 && r->aspect < 1e6))
-        st = bad(r, PM_E_RANGE, "PIXASPECT lines together must be from 1e-6 to 1e6");
-    return st;
+    return st ? st : check_bands(r);
 }
 
 /* "-Y 480 +X 640": sign, axis, count, twice; the first axis changes slowest. */
@@ -161,6 +221,8 @@ static pm_status read_resolution(struct reading *r)
     r->x_decreases = negative[1 - y];
     r->height = count[y];
     r->width = count[1 - y];
+    if (r->spectral && (!r->rows || !r->y_decreases || r->x_decreases))
+        return bad(r, PM_E_UNSUPPORTED, "a spectral picture's size must be of the kind -Y +X");
     return PM_OK;
 }
 
@@ -233,16 +295,28 @@ static size_t place_of(const struct reading *r, uint32_t line, uint32_t i)
     return (size_t)y * r->width + x;
 }
 
+/* Spectra are not compressed. */
+static bool read_spectra(struct reading *r, uint8_t *out, size_t size)
+{
+    if ((size_t)(r->end - r->at) < size)
+        return false;
+    memcpy(out, r->at, size);
+    r->at += size;
+    return true;
+}
+
 static pm_status read_lines(struct reading *r, pm_picture *picture, uint8_t (*scan)[4])
 {
     uint32_t lines = r->rows ? r->height : r->width, length = r->rows ? r->width : r->height;
     for (uint32_t line = 0; line < lines; line++) {
-        if (!read_line(r, scan, length))
+        uint8_t *row = picture->pixels + picture->stride * place_of(r, line, 0);
+        if (!(r->spectral ? read_spectra(r, row, picture->stride * length)
+                          : read_line(r, scan, length)))
             return pm_error_set_at(r->err, PM_E_CORRUPT, r->name, 0, 0,
                                    "scan line %u of the picture's %u is damaged or missing",
                                    line + 1, lines);
-        for (uint32_t i = 0; i < length; i++)
-            memcpy(picture->pixels[place_of(r, line, i)], scan[i], 4);
+        for (uint32_t i = 0; i < length && !r->spectral; i++)
+            memcpy(picture->pixels + 4 * place_of(r, line, i), scan[i], 4);
     }
     return PM_OK;
 }
@@ -256,7 +330,8 @@ static pm_status check_size(const struct reading *r)
         return pm_error_set_at(r->err, PM_E_LIMIT, r->name, 0, 0,
                                "the picture has %u x %u pixels; 2^28 are allowed", r->width,
                                r->height);
-    if ((uint64_t)(r->end - r->at) / 4 < lines) /* no scan line takes less */
+    uint64_t least = r->spectral ? (uint64_t)r->width * (uint64_t)(r->bands + 1) : 4;
+    if ((uint64_t)(r->end - r->at) / least < lines) /* no scan line takes less */
         return pm_error_set_at(r->err, PM_E_CORRUPT, r->name, 0, 0,
                                "the picture of %u x %u pixels is cut short", r->width,
                                r->height);
@@ -276,7 +351,7 @@ static pm_status read_pixels(struct reading *r, pm_picture *picture)
 {
     uint32_t length = r->rows ? r->width : r->height;
     uint8_t(*scan)[4] = malloc(4 * (size_t)length);
-    picture->pixels = malloc(4 * (size_t)r->width * r->height);
+    picture->pixels = malloc(picture->stride * r->width * r->height);
     pm_status st = scan && picture->pixels
                        ? read_lines(r, picture, scan)
                        : bad(r, PM_E_MEMORY, "not enough memory for the picture");
@@ -302,6 +377,10 @@ pm_status pm_picture_read(const void *bytes, size_t size, const char *name, pm_p
     picture->width = r.width;
     picture->height = r.height;
     picture->xyz = r.xyz;
+    picture->bands = r.spectral ? (unsigned)r.bands : 0;
+    picture->stride = r.spectral ? picture->bands + 1 : 4;
+    picture->nm0 = r.nm0;
+    picture->nm1 = r.nm1;
     set_axes(picture, r.aspect);
     st = read_pixels(&r, picture);
     if (st)
@@ -347,7 +426,7 @@ static pm_rgb decode(const uint8_t pixel[4])
 
 static pm_rgb stored(const pm_picture *picture, uint32_t x, uint32_t y)
 {
-    return decode(picture->pixels[(size_t)y * picture->width + x]);
+    return decode(picture->pixels + 4 * ((size_t)y * picture->width + x));
 }
 
 static pm_rgb to_rgb(const pm_picture *picture, pm_rgb stored_color)
@@ -385,4 +464,38 @@ pm_rgb pm_picture_value(const pm_picture *picture, double u, double v)
     if (y.index + 1 < picture->height)
         sum = pm_rgb_madd(sum, y.high, along_row(picture, x, y.index + 1));
     return to_rgb(picture, sum);
+}
+
+/* ---- spectra ---- */
+
+unsigned pm_picture_bands(const pm_picture *picture, double *nm0, double *nm1)
+{
+    if (picture->bands) {
+        *nm0 = picture->nm0;
+        *nm1 = picture->nm1;
+    }
+    return picture->bands;
+}
+
+static void add_spectrum(const pm_picture *picture, uint32_t x, uint32_t y, double weight,
+                         double *samples)
+{
+    if (x >= picture->width || y >= picture->height)
+        return;
+    const uint8_t *p = picture->pixels + picture->stride * ((size_t)y * picture->width + x);
+    int exponent = p[picture->bands];
+    double unit = exponent ? ldexp(weight, exponent - 136) : 0;
+    for (unsigned i = 0; i < picture->bands; i++)
+        samples[i] += unit * (p[i] + 0.5);
+}
+
+void pm_picture_spectrum(const pm_picture *picture, double u, double v, double *samples)
+{
+    memset(samples, 0, picture->bands * sizeof *samples);
+    if (isnan(u) || isnan(v))
+        return;
+    pm_data_place x = place(&picture->u, u), y = place(&picture->v, v);
+    for (unsigned corner = 0; corner < 4; corner++)
+        add_spectrum(picture, x.index + (corner & 1), y.index + (corner >> 1),
+                     (corner & 1 ? x.high : x.low) * (corner >> 1 ? y.high : y.low), samples);
 }

@@ -185,6 +185,19 @@ static pm_status note_dimensions(pm_reading *r, int32_t asset, const pm_word *wo
     return PM_OK;
 }
 
+/* specpict takes spectra, the others colours. */
+static pm_status check_picture(const pm_reading *r, int32_t asset, const pm_word *word)
+{
+    double nm0, nm1;
+    const pm_picture *picture = pm_assets_at(r->parser->assets, asset)->picture;
+    bool spectral = pm_picture_bands(picture, &nm0, &nm1) > 0;
+    if (spectral == (r->result.type == PM_SPECPICT))
+        return PM_OK;
+    return PM_READING_FAIL(r, word, PM_E_MISMATCH, "'%.*s' holds %s; %s takes a picture of %s",
+                           PM_WORD_SHOW(*word), spectral ? "spectra" : "colours",
+                           r->rules->name, spectral ? "colours" : "spectra (Radiance_spectra)");
+}
+
 static pm_status load_file(struct strings *s, size_t index, char role)
 {
     pm_reading *r = s->reading;
@@ -202,6 +215,8 @@ static pm_status load_file(struct strings *s, size_t index, char role)
     pm_parser_note_read(parser, &pm_assets_at(parser->assets, s->assets[index])->digest);
     if (role == 'c')
         r->context = pm_assets_at(parser->assets, s->assets[index])->context;
+    if (role == 'p')
+        return check_picture(r, s->assets[index], &s->words[index]);
     return role == 'd' ? note_dimensions(r, s->assets[index], &s->words[index]) : PM_OK;
 }
 

@@ -180,6 +180,24 @@ static void apply_specdata(struct pm_shading *s, const struct pm_modifier *m)
     multiply_spectrum(s, &spectrum);
 }
 
+static void apply_specpict(struct pm_shading *s, const struct pm_modifier *m)
+{
+    const pm_picture *picture = asset_of(s, m, SPECDATA_FILE)->picture;
+    double at[2], found[PM_PICTURE_BANDS], nm0 = 0, nm1 = 0;
+    if (!evaluate_expressions(s, m, at))
+        return;
+    struct pm_spectrum spectrum = {.count = pm_picture_bands(picture, &nm0, &nm1)};
+    spectrum.step = (nm1 - nm0) / spectrum.count;
+    spectrum.first = nm0 + 0.5 * spectrum.step;
+    pm_picture_spectrum(picture, at[0], at[1], found);
+    for (unsigned i = 0; i < spectrum.count; i++) {
+        double args[2] = {found[i], pm_spectrum_wavelength(&spectrum, i)};
+        if (!evaluate_function(s, m, args, 2, &spectrum.value[i]))
+            return;
+    }
+    multiply_spectrum(s, &spectrum);
+}
+
 /* ---- text ---- */
 
 static bool is_ink(const struct pm_shading *s, const struct pm_modifier *m)
@@ -311,6 +329,9 @@ static void apply(const struct pm_texture *texture, struct pm_shading *s)
         break;
     case PM_SPECDATA:
         apply_specdata(s, m);
+        break;
+    case PM_SPECPICT:
+        apply_specpict(s, m);
         break;
     default:
         apply_mixture(texture, s);

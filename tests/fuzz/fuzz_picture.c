@@ -39,6 +39,15 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     uint32_t width = pm_picture_width(picture), height = pm_picture_height(picture);
     check(width > 0 && height > 0);
+    double samples[PM_PICTURE_BANDS], nm0, nm1;
+    for (size_t i = 0; pm_picture_bands(picture, &nm0, &nm1) && i < 64; i++) {
+        pm_picture_spectrum(picture, places[i & 7], places[i >> 3], samples);
+        check(isfinite(samples[0]) && isfinite(samples[3]));
+    }
+    if (pm_picture_bands(picture, &nm0, &nm1)) {
+        pm_picture_free(picture);
+        return 0;
+    }
     check(pm_rgb_finite(pm_picture_pixel(picture, width - 1, height - 1)));
     for (size_t i = 0; i < 8; i++)
         for (size_t j = 0; j < 8; j++)

@@ -148,6 +148,31 @@ static void xyz_pixels_become_rgb(void **state)
     pm_bytes_clear(&bytes);
 }
 
+/* Two rows of two pixels of four bands; with exponent 136 a mantissa m is m + 1/2. */
+static void spectra_are_bilinear(void **state)
+{
+    (void)state;
+    pm_bytes bytes = {0};
+    double samples[PM_PICTURE_BANDS], nm0 = 0, nm1 = 0;
+    header(&bytes, "NCOMP=4\nWAVELENGTH_SPLITS= 780 588 480 380\nFORMAT=Radiance_spectra\n",
+           "-Y 2 +X 2");
+    pm_bytes_append(&bytes, "\1\2\3\4\210\5\6\7\10\210\11\12\13\14\210\0\0\0\0\0", 20);
+    pm_picture *p = read_bytes(&bytes);
+    assert_int_equal(pm_picture_bands(p, &nm0, &nm1), 4);
+    near(nm0, 780);
+    near(nm1, 380);
+    pm_picture_spectrum(p, 0, 1, samples);
+    for (int i = 0; i < 4; i++)
+        near(samples[i], i + 1.5);
+    pm_picture_spectrum(p, 0.5, 0.5, samples);
+    for (int i = 0; i < 4; i++)
+        near(samples[i], (i + 1.5 + i + 5.5 + i + 9.5) / 4);
+    pm_picture_spectrum(p, NAN, 0, samples);
+    near(samples[3], 0);
+    pm_picture_free(p);
+    pm_bytes_clear(&bytes);
+}
+
 static void runs_of_both_kinds_are_expanded(void **state)
 {
     (void)state;
@@ -205,8 +230,16 @@ static void pictures_say_what_is_wrong(void **state)
     REFUSES("\x89PNG\n", "p.hdr: no Radiance picture: it does not start with '#?'");
     REFUSES("#?RADIANCE\nX=1\n", "p.hdr: the picture's header has no end");
     REFUSES("#?RADIANCE\nFORMAT=ascii\n\n",
-            "p.hdr: the picture's format is 'ascii'; 32-bit_rle_rgbe and 32-bit_rle_xyze are "
-            "read");
+            "p.hdr: the picture's format is 'ascii'; 32-bit_rle_rgbe, 32-bit_rle_xyze and "
+            "Radiance_spectra are read");
+    REFUSES("#?RADIANCE\nFORMAT=Radiance_spectra\n\n-Y 1 +X 1\n",
+            "p.hdr: a spectral picture must say NCOMP, 4 to 24, and WAVELENGTH_SPLITS");
+    REFUSES("#?RADIANCE\nNCOMP=25\n\n", "p.hdr: NCOMP must be a number from 3 to 24");
+    REFUSES("#?RADIANCE\nWAVELENGTH_SPLITS= 780 588 480\n\n",
+            "p.hdr: WAVELENGTH_SPLITS must be four wavelengths in nanometres");
+    REFUSES("#?RADIANCE\nFORMAT=Radiance_spectra\nNCOMP=4\nWAVELENGTH_SPLITS=780 588 480 "
+            "380\n\n+X 1 -Y 1\nabcde",
+            "p.hdr: a spectral picture's size must be of the kind -Y +X");
     REFUSES("#?RADIANCE\nPIXASPECT=0\n\n",
             "p.hdr: PIXASPECT must be a number from 1e-6 to 1e6");
     REFUSES("#?RADIANCE\n\n-Y 2 +Y 3\n",
@@ -231,6 +264,7 @@ int main(void)
         cmocka_unit_test(colours_between_pixels_are_bilinear),
         cmocka_unit_test(pixaspect_shapes_and_exposure_does_not_count),
         cmocka_unit_test(xyz_pixels_become_rgb),
+        cmocka_unit_test(spectra_are_bilinear),
         cmocka_unit_test(runs_of_both_kinds_are_expanded),
         cmocka_unit_test(each_truncation_is_refused),
         cmocka_unit_test(pictures_say_what_is_wrong),

@@ -31,6 +31,10 @@ static const char spectra_dat[] = "2\n0 1 2\n430 730 4\n0 0 0 0\n.2 .4 .6 .8\n";
 /* 2 x 2, with exponent 136: red 10.5 20.5 / 30.5 40.5 from the lower left */
 static const char picture_hdr[] = "#?RADIANCE\n\n+Y 2 +X 2\n\012\1\2\210\024\1\2\210\036\1\2"
                                   "\210\050\1\2\210";
+/* one column of two: black below, 16.5 .. 64.5 over 780 .. 380 nm above */
+static const char spectra_hdr[] = "#?RADIANCE\nFORMAT=Radiance_spectra\nNCOMP=4\n"
+                                  "WAVELENGTH_SPLITS=780 588 480 380\n\n-Y 2 +X 1\n"
+                                  "\020\040\060\100\210\0\0\0\0\0";
 static const char font_fnt[] = "65 4 0 0 127 0 127 255 0 255\n32 0\n";
 
 static void add_file(pm_bundle *bundle, const char *name, const char *bytes, size_t size)
@@ -51,6 +55,7 @@ static pm_status compile_with_files(const char *text, pm_world **world, pm_error
     add_file(bundle, "spectrum.dat", spectrum_dat, strlen(spectrum_dat));
     add_file(bundle, "spectra.dat", spectra_dat, strlen(spectra_dat));
     add_file(bundle, "p.hdr", picture_hdr, sizeof picture_hdr - 1);
+    add_file(bundle, "spectra.hdr", spectra_hdr, sizeof spectra_hdr - 1);
     add_file(bundle, "a.fnt", font_fnt, strlen(font_fnt));
     add_file(bundle, "a.txt", "A A\n A\n", 7);
     pm_status st = pm_scene_parse(bundle, "test.rad", NULL, &scene, err);
@@ -249,6 +254,12 @@ static void spectra_become_colors(void **state)
     const pm_rgb t = pm_rgb_of_spectrum(tilted, 4, 380, 780);
     assert_color_at(world, .5, 0, t.r, t.g, t.b);
     pm_world_free(world);
+    world = world_with("void specpict p 5 scaled spectra.hdr f.cal Px Py 0 0\n");
+    const double bands[4] = {8.25 * 730 / 500, 16.25 * 630 / 500, 24.25 * 530 / 500,
+                             32.25 * 430 / 500};
+    const pm_rgb b = pm_rgb_of_spectrum(bands, 4, 780, 380);
+    assert_color_at(world, 0, 1, b.r, b.g, b.b); /* half way up a picture that is 2 high */
+    pm_world_free(world);
     /* blue and green to 560 nm; each of the 40 steps is all inside or all outside */
     world = world_with("void specfunc p 2 band f.cal 0 2 300 1000\n");
     const double one = 1;
@@ -378,6 +389,11 @@ static void what_cannot_be_evaluated_is_refused(void **state)
     refuses("void specdata p 3 scaled line.dat f.cal 0 0\n",
             "test.rad:1:26: 'line.dat' has 1 dimension; specdata takes 2 or more, of which the "
             "last is the wavelength");
+    refuses("void specpict p 5 scaled p.hdr f.cal Px Py 0 0\n",
+            "test.rad:1:26: 'p.hdr' holds colours; specpict takes a picture of spectra "
+            "(Radiance_spectra)");
+    refuses("void colorpict p 7 up up up spectra.hdr f.cal Px Py 0 0\n",
+            "test.rad:1:29: 'spectra.hdr' holds spectra; colorpict takes a picture of colours");
     refuses("void colordata p 8 up up up line.dat plane.dat line.dat f.cal Px 0 0\n",
             "test.rad:1:38: 'plane.dat' has 2 dimensions, the data file before it 1; they must "
             "have as many");
