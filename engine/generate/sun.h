@@ -28,7 +28,7 @@ typedef struct pm_sun {
 } pm_sun;
 
 /* Without a year the short formulas of the IES Lighting Handbook's Reference Volume of 1981
- * (equation of time and declination from the day of the year, within about half a degree); with
+ * (equation of time and declination from the day of the year, within 1.5 degrees); with
  * one the Astronomical Almanac's approximation, within 0.01 degrees from 1950 to 2050.
  * Source: J. Michalsky, "The Astronomical Almanac's algorithm for approximate solar position
  * (1950-2050)", Solar Energy 40(3), 1988. Test: test_sun.c. */

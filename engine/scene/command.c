@@ -2,12 +2,17 @@
 
 #include <string.h>
 
+#include "generate/generate.h"
+
 /* Rules of the POSIX shell (2.2 Quoting), as far as they need no execution. */
 
 struct splitter {
     pm_lexer *lexer;
     pm_error *err;
     char *text; /* where the next character of the current word goes */
+    /* Patterns of file names are plain characters, as they are to a shell that finds no file of
+     * such a name: in a generator's expressions. */
+    bool plain_patterns;
 };
 
 static bool at_end(const pm_lexer *lexer)
@@ -78,7 +83,7 @@ static pm_status split_word(struct splitter *s)
         return refuse(s, '~');
     while (!st && !at_end(lexer) && !strchr(" \t\r|", *lexer->at)) {
         char c = *lexer->at;
-        if (strchr(";$`<>&*?[]()", c)) {
+        if (strchr(";$`<>&()", c) || (strchr("*?[]", c) && !s->plain_patterns)) {
             st = refuse(s, c);
         } else if (c == '"' || c == '\'') {
             st = quoted(s);
@@ -154,6 +159,7 @@ static pm_status read_words(struct splitter *s, pm_word *words, bool *piped, siz
 {
     bool empty = true;
     pm_word pipe = {0};
+    const pm_word *program = NULL;
     while (next_word(s->lexer)) {
         pm_status st;
         if (*s->lexer->at == '|') {
@@ -165,6 +171,8 @@ static pm_status read_words(struct splitter *s, pm_word *words, bool *piped, siz
             pm_word *word = &words[(*count)++];
             *word = place(s->lexer);
             word->text = s->text;
+            program = empty ? word : program;
+            s->plain_patterns = !empty && pm_generate_knows(program->text);
             st = split_word(s);
             word->length = (size_t)(s->text - word->text);
             *s->text++ = '\0';

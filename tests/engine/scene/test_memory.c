@@ -48,7 +48,8 @@ static const char main_text[] =
     "void plastic wall 0 0 5 .5 .5 .5 0 0\n"
     "void illum window 1 wall 0 3 1 1 1\n"
     "void mist fog 2 a m>b 0 3 1 1 1\nvoid alias paint wall\n"
-    "!xform -n row -n left -m paint -a 3 -t 1 0 0 part.rad large.rad\n";
+    "!xform -n row -n left -m paint -a 3 -t 1 0 0 part.rad large.rad\n"
+    "!gensurf wall hill s t s*t 3 3 -s | xform -n hills -a 2 -t 1 0 0 | xform -rz 20\n";
 static const char part_text[] = "wall polygon p 0 0 9 0 0 0 1 0 0 1 1 0\n!xform leaf.rad\n";
 
 static pm_bundle *make_bundle(void)
