@@ -16,7 +16,20 @@ struct maker {
     pm_digest *bare;  /* [scene->count]: of needed materials, before antimatters count */
     pm_digest *full;  /* [scene->count] */
     pm_bytes scratch; /* what is being digested */
+    uint8_t *heights; /* [scene->prototype_count]: how deep instances nest, itself included */
+    pm_error *err;
 };
+
+static pm_status no_memory(const struct maker *m)
+{
+    return pm_error_set(m->err, PM_E_MEMORY, "no memory for the digests of %zu primitives",
+                        m->scene->count);
+}
+
+static bool is_instance(const pm_primitive *p)
+{
+    return p->type == PM_INSTANCE || p->type == PM_MESH;
+}
 
 /* A surface without a material is not there. */
 static bool is_seen(const pm_primitive *p)
@@ -38,6 +51,11 @@ static void mark(struct maker *m, int32_t primitive, bool material)
  * and all; the modifiers along a chain count for its digest alone. */
 static void mark_needed(struct maker *m)
 {
+    for (size_t i = 0; i < m->scene->prototype_count; i++) {
+        const pm_prototype *prototype = &m->scene->prototypes[i];
+        for (uint32_t k = 0; prototype->mesh && k < prototype->mesh->slot_count; k++)
+            mark(m, prototype->slots[k], true);
+    }
     for (size_t i = m->scene->count; i-- > 0;) {
         const pm_primitive *p = &m->scene->primitives[i];
         if (!is_seen(p) && !m->needed[i])
@@ -63,7 +81,7 @@ static void append_string(struct maker *m, const pm_primitive *p, uint32_t k)
     if (role == 'm')
         append_digest(m, p->references[k] == PM_VOID ? &none : &m->bare[p->references[k]]);
     else if (role == 'o' || role == 'g')
-        append_digest(m, &m->scene->prototypes[p->assets[k]].digest);
+        append_digest(m, &m->out->prototypes[p->assets[k]].digest);
     else if (p->assets && p->assets[k] != PM_NO_ASSET)
         append_digest(m, &pm_assets_at(m->scene->assets, p->assets[k])->digest);
     else if (role == 'e' || role == 'f')
@@ -237,56 +255,188 @@ static bool list_materials(struct maker *m)
     return true;
 }
 
-/* A surface of the main scene; what instances place is theirs. */
-static bool is_placed(const pm_scene *scene, size_t i)
+/* ---- what lies together ---- */
+
+static bool is_local(const pm_primitive *p)
 {
-    pm_primitive_type type = scene->primitives[i].type;
-    return i < scene->main_count && is_seen(&scene->primitives[i]) && type != PM_INSTANCE &&
-           type != PM_MESH;
+    return pm_primitive_is_surface(p->type) && p->type != PM_SOURCE && !is_instance(p);
 }
 
-static bool digest_surfaces(struct maker *m, bool distant, struct entry *out, size_t *made)
+static bool is_surface_of_main(const pm_primitive *p)
 {
-    size_t count = 0;
-    for (uint32_t i = 0; i < m->scene->count; i++) {
-        const pm_primitive *p = &m->scene->primitives[i];
-        if (!is_placed(m->scene, i) || (p->type == PM_SOURCE) != distant)
-            continue;
-        start(m, p, m->full);
-        out[count++] = (struct entry){finish(m), i};
-    }
-    *made = count;
-    return sort_entries(out, count);
+    return is_local(p) && is_seen(p);
 }
 
-static bool list_surfaces(struct maker *m)
+static bool is_source_of_main(const pm_primitive *p)
 {
-    size_t count = 0;
-    for (size_t i = 0; i < m->scene->count; i++)
-        count += is_placed(m->scene, i);
+    return p->type == PM_SOURCE && is_seen(p);
+}
+
+/* One whose modifier comes to no material is not there. */
+static bool is_placed(const pm_primitive *p)
+{
+    return is_instance(p) && (p->modifier == PM_VOID || is_seen(p));
+}
+
+/* The primitives from `first` on that a rule takes, by digest. */
+static pm_status list(struct maker *m, size_t first, size_t end,
+                      bool (*takes)(const pm_primitive *p), uint32_t **primitives,
+                      pm_digest **digests, size_t *made)
+{
+    size_t count = 0, n = 0;
+    for (size_t i = first; i < end; i++)
+        count += takes(&m->scene->primitives[i]);
     struct entry *entries = malloc((count + 1) * sizeof *entries);
-    m->out->surfaces = pm_arena_array(&m->out->arena, count, sizeof *m->out->surfaces);
-    m->out->digests = pm_arena_array(&m->out->arena, count, sizeof *m->out->digests);
-    bool ready = entries && m->out->surfaces && m->out->digests &&
-                 digest_surfaces(m, false, entries, &m->out->local_count) &&
-                 digest_surfaces(m, true, entries + m->out->local_count,
-                                 &m->out->distant_count);
+    *primitives = pm_arena_array(&m->out->arena, count, sizeof **primitives);
+    *digests = pm_arena_array(&m->out->arena, count, sizeof **digests);
+    bool ready = entries && *primitives && *digests;
+    for (size_t i = first; ready && i < end; i++) {
+        if (!takes(&m->scene->primitives[i]))
+            continue;
+        start(m, &m->scene->primitives[i], m->full);
+        entries[n++] = (struct entry){finish(m), (uint32_t)i};
+    }
+    ready = ready && sort_entries(entries, count);
     for (size_t i = 0; ready && i < count; i++) {
-        m->out->surfaces[i] = entries[i].primitive;
-        m->out->digests[i] = entries[i].digest;
+        (*primitives)[i] = entries[i].primitive;
+        (*digests)[i] = entries[i].digest;
     }
     free(entries);
-    return ready;
+    *made = count;
+    return ready ? PM_OK : no_memory(m);
+}
+
+static pm_status list_content(struct maker *m, size_t first, size_t end,
+                              bool (*takes)(const pm_primitive *p), struct pm_content *out)
+{
+    pm_status status = list(m, first, end, takes, &out->surfaces, &out->digests,
+                            &out->surface_count);
+    return status ? status
+                  : list(m, first, end, is_placed, &out->instances, &out->instance_digests,
+                         &out->instance_count);
+}
+
+static void digest_octree(struct maker *m, struct pm_content *content)
+{
+    m->scratch.size = 0;
+    pm_bytes_text(&m->scratch, "octree");
+    for (size_t i = 0; i < content->surface_count; i++)
+        append_digest(m, &content->digests[i]);
+    pm_bytes_text(&m->scratch, "instances");
+    for (size_t i = 0; i < content->instance_count; i++)
+        append_digest(m, &content->instance_digests[i]);
+    content->digest = finish(m);
+}
+
+static void digest_mesh(struct maker *m, const pm_prototype *prototype,
+                        struct pm_content *content)
+{
+    static const pm_digest none = {{0}};
+    m->scratch.size = 0;
+    pm_bytes_text(&m->scratch, "mesh");
+    append_digest(m, &prototype->digest);
+    for (uint32_t k = 0; k < prototype->mesh->slot_count; k++) {
+        int32_t slot = prototype->slots[k];
+        append_digest(m, slot == PM_VOID ? &none : &m->full[slot]);
+    }
+    content->digest = finish(m);
+}
+
+/* ---- prototypes, those within others first ---- */
+
+enum { OPEN = UINT8_MAX };
+
+static pm_status refuse(const struct maker *m, const pm_primitive *p, pm_status status,
+                        const char *what)
+{
+    return pm_error_set_at(m->err, status, m->scene->files[p->file], p->line, p->column,
+                           "%s %s: %s", pm_primitive_type_name(p->type), p->name, what);
+}
+
+static pm_status visit(struct maker *m, const pm_primitive *placed, int depth);
+
+/* *height: how deep instances nest in what these place. */
+static pm_status visit_all(struct maker *m, size_t first, size_t end, int depth,
+                           uint8_t *height)
+{
+    *height = 0;
+    for (size_t i = first; i < end; i++) {
+        const pm_primitive *p = &m->scene->primitives[i];
+        if (!is_placed(p))
+            continue;
+        pm_status status = visit(m, p, depth);
+        if (status)
+            return status;
+        uint8_t here = m->heights[p->assets[0]];
+        *height = here > *height ? here : *height;
+        if (depth + *height > PM_INSTANCE_DEPTH + 1)
+            return refuse(m, p, PM_E_LIMIT, "instances lie in instances more than 16 deep");
+    }
+    return PM_OK;
+}
+
+static pm_status visit_octree(struct maker *m, const pm_prototype *prototype,
+                              struct pm_content *content, int depth, uint8_t *height)
+{
+    size_t end = prototype->first + prototype->count;
+    pm_status status = visit_all(m, prototype->first, end, depth + 1, height);
+    if (!status)
+        status = list_content(m, prototype->first, end, is_local, content);
+    if (!status)
+        digest_octree(m, content);
+    return status;
+}
+
+static pm_status visit(struct maker *m, const pm_primitive *placed, int depth)
+{
+    int32_t index = placed->assets[0];
+    const pm_prototype *prototype = &m->scene->prototypes[index];
+    struct pm_content *content = &m->out->prototypes[index];
+    uint8_t *height = &m->heights[index], within = 0;
+    if (*height == OPEN)
+        return refuse(m, placed, PM_E_RANGE, "the octree holds itself");
+    if (*height > 0)
+        return PM_OK;
+    if (depth > PM_INSTANCE_DEPTH)
+        return refuse(m, placed, PM_E_LIMIT, "instances lie in instances more than 16 deep");
+    *height = OPEN;
+    pm_status status = PM_OK;
+    if (prototype->mesh)
+        digest_mesh(m, prototype, content);
+    else
+        status = visit_octree(m, prototype, content, depth, &within);
+    *height = (uint8_t)(within + 1);
+    m->out->order[m->out->order_count++] = (uint32_t)index;
+    return status;
+}
+
+static pm_status list_all(struct maker *m)
+{
+    struct pm_identity *out = m->out;
+    size_t end = m->scene->main_count;
+    uint8_t height;
+    pm_status status = visit_all(m, 0, end, 1, &height);
+    if (!status)
+        status = list_content(m, 0, end, is_surface_of_main, &out->main);
+    if (!status)
+        status = list(m, 0, end, is_source_of_main, &out->sources, &out->source_digests,
+                      &out->source_count);
+    return status;
 }
 
 static bool maker_init(struct maker *m)
 {
-    size_t count = m->scene->count;
+    size_t count = m->scene->count, prototypes = m->scene->prototype_count;
     m->needed = calloc(count + 1, sizeof *m->needed);
     m->listed = calloc(count + 1, sizeof *m->listed);
     m->bare = calloc(count + 1, sizeof *m->bare);
     m->full = calloc(count + 1, sizeof *m->full);
-    return m->needed && m->listed && m->bare && m->full;
+    m->heights = calloc(prototypes + 1, sizeof *m->heights);
+    m->out->prototypes =
+        pm_arena_array(&m->out->arena, prototypes, sizeof *m->out->prototypes);
+    m->out->order = pm_arena_array(&m->out->arena, prototypes, sizeof *m->out->order);
+    return m->needed && m->listed && m->bare && m->full && m->heights && m->out->prototypes &&
+           m->out->order;
 }
 
 static void maker_clear(struct maker *m)
@@ -295,27 +445,29 @@ static void maker_clear(struct maker *m)
     free(m->listed);
     free(m->bare);
     free(m->full);
+    free(m->heights);
     pm_bytes_clear(&m->scratch);
 }
 
 pm_status pm_identity_make(const pm_scene *scene, struct pm_identity *out, pm_error *err)
 {
     struct pm_identity identity = {0};
-    struct maker m = {.scene = scene, .out = &identity};
-    bool made = maker_init(&m);
-    if (made) {
+    struct maker m = {.scene = scene, .out = &identity, .err = err};
+    pm_status status = maker_init(&m) ? PM_OK : no_memory(&m);
+    if (!status) {
         mark_needed(&m);
-        made = digest_materials(&m) && list_materials(&m) && list_surfaces(&m) &&
-               !pm_bytes_status(&m.scratch);
+        status = digest_materials(&m) && list_materials(&m) ? PM_OK : no_memory(&m);
     }
+    if (!status)
+        status = list_all(&m);
+    if (!status && pm_bytes_status(&m.scratch))
+        status = no_memory(&m);
     maker_clear(&m);
-    if (!made) {
+    if (status)
         pm_identity_clear(&identity);
-        return pm_error_set(err, PM_E_MEMORY, "no memory for the digests of %zu primitives",
-                            scene->count);
-    }
-    *out = identity;
-    return PM_OK;
+    else
+        *out = identity;
+    return status;
 }
 
 void pm_identity_clear(struct pm_identity *identity)

@@ -6,13 +6,14 @@
 #include "base/bytes.h"
 #include "base/morton.h"
 #include "base/radix.h"
+#include "world/body.h"
 
 enum { LEAF_SURFACES = 16, MAX_DEPTH = 14, MOST_ENTRIES = 1024 };
 
 /* What a cell may hold, in an order that keeps neighbours in space together. */
 struct item {
     pm_vec3 low, high;
-    uint32_t shape;
+    uint32_t number; /* of a shape of the main scene, or of an instance, counted on from those */
 };
 
 /* Of an item in a set: the children of the set's cell that its bounds meet, a bit each; and
@@ -31,7 +32,7 @@ struct builder {
     struct mark *marks;
     size_t capacity;
     pm_bytes scratch;
-    uint32_t *shapes; /* [leaf_capacity]: of the leaf at work */
+    uint32_t *leaf; /* [leaf_capacity]: the numbers in the leaf at work */
     size_t leaf_capacity;
     pm_digest empty; /* of a leaf that meets nothing: most are */
     size_t nodes;
@@ -69,11 +70,11 @@ static bool reserve_leaf(struct builder *b, size_t count)
 {
     if (count <= b->leaf_capacity)
         return true;
-    uint32_t *shapes = realloc(b->shapes, 2 * count * sizeof *shapes);
-    b->failed = b->failed || !shapes;
-    if (!shapes)
+    uint32_t *leaf = realloc(b->leaf, 2 * count * sizeof *leaf);
+    b->failed = b->failed || !leaf;
+    if (!leaf)
         return false;
-    b->shapes = shapes;
+    b->leaf = leaf;
     b->leaf_capacity = 2 * count;
     return true;
 }
@@ -100,18 +101,25 @@ static void sort_indices(uint32_t *list, size_t count)
     }
 }
 
-/* Shapes are in digest order, so that theirs is the digests'. */
+static const pm_digest *digest_of(const pm_world *world, uint32_t number)
+{
+    return number < world->shape_count
+               ? &world->shape_digests[number]
+               : &world->main->instance_digests[number - world->shape_count];
+}
+
+/* Shapes are in digest order and instances are, so that theirs is the digests'. */
 static pm_digest leaf_digest(struct builder *b, const struct cell *cell)
 {
     if (!reserve_leaf(b, cell->count))
         return b->empty;
     for (size_t i = 0; i < cell->count; i++)
-        b->shapes[i] = b->items[b->set[cell->first + i]].shape;
-    sort_indices(b->shapes, cell->count);
+        b->leaf[i] = b->items[b->set[cell->first + i]].number;
+    sort_indices(b->leaf, cell->count);
     b->scratch.size = 0;
     pm_bytes_u8(&b->scratch, 'L');
     for (size_t i = 0; i < cell->count; i++) {
-        const pm_digest *d = &b->world->shape_digests[b->shapes[i]];
+        const pm_digest *d = digest_of(b->world, b->leaf[i]);
         pm_bytes_append(&b->scratch, d->bytes, sizeof d->bytes);
     }
     if (pm_bytes_status(&b->scratch))
@@ -132,6 +140,22 @@ static bool is_one_bit(unsigned bits)
     return (bits & (bits - 1)) == 0;
 }
 
+static bool box_meets_cube(const struct item *item, pm_vec3 center, double half)
+{
+    return item->low.x <= center.x + half && item->low.y <= center.y + half &&
+           item->low.z <= center.z + half && item->high.x >= center.x - half &&
+           item->high.y >= center.y - half && item->high.z >= center.z - half;
+}
+
+/* An instance counts as its box. */
+static bool meets_cube(const struct builder *b, const struct item *item, pm_vec3 center,
+                       double half)
+{
+    if (item->number >= b->world->shape_count)
+        return box_meets_cube(item, center, half);
+    return pm_shape_meets_cube(&b->world->shapes[item->number], center, half);
+}
+
 /* Child number `octant`, its set from `first` on. */
 static struct cell make_child(struct builder *b, const struct cell *parent, int octant,
                               size_t first)
@@ -149,8 +173,7 @@ static struct cell make_child(struct builder *b, const struct cell *parent, int 
             continue;
         uint32_t number = b->set[i];
         bool inside = mark.inside && is_one_bit(mark.octants);
-        if (!inside && !pm_shape_meets_cube(&b->world->shapes[b->items[number].shape],
-                                            child.center, child.half))
+        if (!inside && !meets_cube(b, &b->items[number], child.center, child.half))
             continue;
         b->marks[child.first + child.count].inside = inside;
         b->set[child.first + child.count++] = number;
@@ -219,31 +242,42 @@ static void builder_clear(struct builder *b)
     free(b->items);
     free(b->set);
     free(b->marks);
-    free(b->shapes);
+    free(b->leaf);
     pm_bytes_clear(&b->scratch);
 }
 
-static pm_vec3 middle(const struct pm_shape *s)
+static void set_item(const pm_world *world, uint32_t number, struct item *out)
 {
-    return pm_vec3_scale(pm_vec3_add(s->low, s->high), .5);
+    out->number = number;
+    if (number < world->shape_count) {
+        out->low = world->shapes[number].low;
+        out->high = world->shapes[number].high;
+        return;
+    }
+    pm_instance_bounds(&world->main->instances[number - world->shape_count], &out->low,
+                       &out->high);
+}
+
+static uint64_t code_of(const struct item *item)
+{
+    pm_vec3 sum = pm_vec3_add(item->low, item->high);
+    return pm_morton_code(sum.x / 2, sum.y / 2, sum.z / 2);
 }
 
 /* The top's set: all items, neighbours in space beside each other. */
-static bool list_items(struct builder *b)
+static bool list_items(struct builder *b, size_t count)
 {
-    const pm_world *world = b->world;
-    size_t count = world->shape_count;
     pm_keyed *order = malloc((count + 1) * sizeof *order);
     b->items = malloc((count + 1) * sizeof *b->items);
     bool ready = order && b->items && reserve(b, 4 * count) && reserve_leaf(b, LEAF_SURFACES);
     for (uint32_t i = 0; ready && i < count; i++) {
-        pm_vec3 at = middle(&world->shapes[i]);
-        order[i] = (pm_keyed){pm_morton_code(at.x, at.y, at.z), i};
+        struct item item;
+        set_item(b->world, i, &item);
+        order[i] = (pm_keyed){code_of(&item), i};
     }
     ready = ready && !pm_radix_sort(order, count);
     for (uint32_t i = 0; ready && i < count; i++) {
-        const struct pm_shape *s = &world->shapes[order[i].value];
-        b->items[i] = (struct item){s->low, s->high, order[i].value};
+        set_item(b->world, order[i].value, &b->items[i]);
         b->set[i] = i;
         b->marks[i].inside = true;
     }
@@ -254,10 +288,11 @@ static bool list_items(struct builder *b)
 pm_status pm_octree_build(pm_world *world, pm_error *err)
 {
     struct builder b = {.world = world};
-    struct cell top = {.half = 1, .count = world->shape_count, .free = world->shape_count};
+    size_t count = world->shape_count + world->main->instance_count;
+    struct cell top = {.half = 1, .count = count, .free = count};
     top.entries = MOST_ENTRIES * (double)top.count;
     pm_digest digest = {0};
-    b.failed = !list_items(&b);
+    b.failed = !list_items(&b, count);
     if (!b.failed) {
         b.empty = leaf_digest(&b, &(struct cell){.count = 0});
         digest = node_digest(&b, &top);

@@ -4,6 +4,7 @@
 
 #include "base/morton.h"
 #include "base/radix.h"
+#include "world/watertight.h"
 
 /* ---- building ---- */
 
@@ -14,17 +15,17 @@ struct place {
 
 enum { AHEAD = 8 }; /* shapes are scattered over memory: ask for them before they are needed */
 
-static bool is_planar(const pm_world *world, const struct pm_shape *s)
+static bool is_planar(const struct pm_body *body, const struct pm_shape *s)
 {
-    return s->deviation <= world->tolerance;
+    return s->deviation <= body->tolerance;
 }
 
 /* Whether triangle i can go with the next one; the shared edge is that from corner *first of i,
  * and corner *other of the next is not on it. */
-static bool pairs_up(const pm_world *world, const struct pm_shape *s, uint32_t i, int *first,
+static bool pairs_up(const struct pm_body *body, const struct pm_shape *s, uint32_t i, int *first,
                      int *other)
 {
-    if (i + 1 >= s->triangle_count || !is_planar(world, s))
+    if (i + 1 >= s->triangle_count || !is_planar(body, s))
         return false;
     const uint32_t *a = s->triangles[i].corner, *b = s->triangles[i + 1].corner;
     for (int k = 0; k < 9; k++) {
@@ -47,16 +48,16 @@ static uint64_t code_of(const struct pm_shape *s, uint32_t triangle)
     return pm_morton_code(sum.x / 3, sum.y / 3, sum.z / 3);
 }
 
-static size_t list_places(const pm_world *world, struct place *places, pm_keyed *order)
+static size_t list_places(const struct pm_body *body, struct place *places, pm_keyed *order)
 {
     size_t count = 0;
     int first, other;
-    for (uint32_t i = 0; i < world->shape_count; i++) {
-        const struct pm_shape *s = &world->shapes[i];
+    for (uint32_t i = 0; i < body->shape_count; i++) {
+        const struct pm_shape *s = &body->shapes[i];
         for (uint32_t k = 0; k < s->triangle_count; count++) {
             places[count] = (struct place){i, k};
             order[count] = (pm_keyed){code_of(s, k), (uint32_t)count};
-            k += pairs_up(world, s, k, &first, &other) ? 2 : 1;
+            k += pairs_up(body, s, k, &first, &other) ? 2 : 1;
         }
     }
     return count;
@@ -79,12 +80,12 @@ static void set_own_plane(struct pm_piece *p, pm_vec3 a, pm_vec3 b, pm_vec3 c)
     p->offset = pm_vec3_dot(p->normal, a);
 }
 
-static void make_piece(const pm_world *world, const struct place *place, struct pm_piece *p)
+static void make_piece(const struct pm_body *body, const struct place *place, struct pm_piece *p)
 {
-    const struct pm_shape *s = &world->shapes[place->shape];
+    const struct pm_shape *s = &body->shapes[place->shape];
     const uint32_t *a = s->triangles[place->triangle].corner;
     int first = 0, other = 0;
-    bool two = pairs_up(world, s, place->triangle, &first, &other);
+    bool two = pairs_up(body, s, place->triangle, &first, &other);
     const pm_vec3 corner[3] = {s->vertices[a[(first + 1) % 3]], s->vertices[a[(first + 2) % 3]],
                                s->vertices[a[first]]};
     for (int k = 0; k < 3; k++)
@@ -93,26 +94,26 @@ static void make_piece(const pm_world *world, const struct place *place, struct 
     set_corner(p, 3, two ? s->vertices[next->corner[other]] : corner[0]);
     p->normal = s->axis;
     p->offset = s->offset;
-    if (!is_planar(world, s))
+    if (!is_planar(body, s))
         set_own_plane(p, corner[0], corner[1], corner[2]);
 }
 
-static struct pm_piece_owner make_owner(const pm_world *world, uint32_t index)
+static struct pm_piece_owner make_owner(const struct pm_body *body, uint32_t index)
 {
-    const struct pm_shape *s = &world->shapes[index];
+    const struct pm_shape *s = &body->shapes[index];
     return (struct pm_piece_owner){index,    s->group,   s->material,
-                                   s->layer, s->flipped, is_planar(world, s)};
+                                   s->layer, s->flipped, is_planar(body, s)};
 }
 
-pm_status pm_pieces_build(const pm_world *world, struct pm_pieces *out)
+pm_status pm_pieces_build(const struct pm_body *body, struct pm_pieces *out)
 {
     size_t triangles = 0, count = 0;
-    for (size_t i = 0; i < world->shape_count; i++)
-        triangles += world->shapes[i].triangle_count;
+    for (size_t i = 0; i < body->shape_count; i++)
+        triangles += body->shapes[i].triangle_count;
     struct place *places = malloc((triangles + 1) * sizeof *places);
     pm_keyed *order = malloc((triangles + 1) * sizeof *order);
     if (places && order && triangles < UINT32_MAX)
-        count = list_places(world, places, order);
+        count = list_places(body, places, order);
     *out = (struct pm_pieces){
         .count = count,
         .piece = aligned_alloc(alignof(struct pm_piece), (count + 1) * sizeof *out->piece),
@@ -122,9 +123,9 @@ pm_status pm_pieces_build(const pm_world *world, struct pm_pieces *out)
     for (size_t i = 0; ready && i < count; i++) {
         const struct place *place = &places[order[i].value];
         if (i + AHEAD < count)
-            __builtin_prefetch(&world->shapes[places[order[i + AHEAD].value].shape].axis);
-        make_piece(world, place, &out->piece[i]);
-        out->owner[i] = make_owner(world, place->shape);
+            __builtin_prefetch(&body->shapes[places[order[i + AHEAD].value].shape].axis);
+        make_piece(body, place, &out->piece[i]);
+        out->owner[i] = make_owner(body, place->shape);
     }
     free(places);
     free(order);
@@ -142,24 +143,6 @@ void pm_pieces_clear(struct pm_pieces *pieces)
 
 /* ---- the exact test ---- */
 
-/* x_a y_b - y_a x_b with the right sign: where the difference of the rounded products could
- * lie, their errors are added (Kahan; Jeannerod, Louvet, Muller, Math. Comp. 82, 2013). Exactly
- * antisymmetric in a and b. */
-static inline double edge(double xa, double ya, double xb, double yb)
-{
-    double p = xa * yb, q = ya * xb, e = p - q;
-    if (fabs(e) <= 0x1p-51 * (fabs(p) + fabs(q)))
-        e += fma(xa, yb, -p) - fma(ya, xb, -q);
-    return e;
-}
-
-/* All on one side, or on the edge; not all on it: the triangle is then seen from its edge. */
-static inline bool same_side(double a, double b, double c)
-{
-    bool in = (a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0);
-    return in && (a != 0 || b != 0 || c != 0);
-}
-
 static bool passes_through(const struct pm_piece *p, const struct pm_probe *q)
 {
     double x[4], y[4];
@@ -171,10 +154,10 @@ static bool passes_through(const struct pm_piece *p, const struct pm_probe *q)
         x[i] = (px[i] - ox) - q->shear[0] * z;
         y[i] = (py[i] - oy) - q->shear[1] * z;
     }
-    double diagonal = edge(x[2], y[2], x[0], y[0]);
-    if (same_side(edge(x[0], y[0], x[1], y[1]), edge(x[1], y[1], x[2], y[2]), diagonal))
+    double diagonal = pm_edge(x[2], y[2], x[0], y[0]);
+    if (pm_edges_agree(pm_edge(x[0], y[0], x[1], y[1]), pm_edge(x[1], y[1], x[2], y[2]), diagonal))
         return true;
-    return same_side(edge(x[2], y[2], x[3], y[3]), edge(x[3], y[3], x[0], y[0]), -diagonal);
+    return pm_edges_agree(pm_edge(x[2], y[2], x[3], y[3]), pm_edge(x[3], y[3], x[0], y[0]), -diagonal);
 }
 
 /* Along a plane the quotient of two roundings can be anything; the hit still lies within the
@@ -197,15 +180,17 @@ bool pm_probe_piece(struct pm_probe *q, const struct pm_pieces *pieces, uint32_t
     const struct pm_piece *p = &pieces->piece[index];
     const struct pm_piece_owner *owner = &pieces->owner[index];
     double cosine = pm_vec3_dot(p->normal, q->direction);
-    double t = 0;
-    if (owner->group != q->from_group) {
-        t = (p->offset - pm_vec3_dot(p->normal, q->origin)) / cosine;
+    double along = 0;
+    if (!pm_probe_starts_on(q, owner->group)) {
+        double t = (p->offset - pm_vec3_dot(p->normal, q->origin)) / cosine;
         if (fabs(cosine) < 0x1p-26 && cosine != 0)
             t = clamp_grazing(p, q, t);
+        along = pm_probe_along(q, t);
     }
-    if (!pm_probe_wants(q, t, cosine) || !passes_through(p, q))
+    if (!pm_probe_wants(q, along, cosine) || !passes_through(p, q) ||
+        !pm_probe_sees(q, owner->material))
         return false;
-    struct pm_ray_key key =
-        pm_ray_key_make(t, owner->group, owner->layer, owner->flipped, cosine);
+    struct pm_ray_key key = pm_ray_key_make(along, q->base + owner->group, owner->layer,
+                                            owner->flipped, cosine);
     return pm_probe_offer(q, &key, owner->shape, index);
 }

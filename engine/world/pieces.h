@@ -18,7 +18,7 @@ struct pm_piece {
 
 /* Whose piece it is. */
 struct pm_piece_owner {
-    uint32_t shape, group, material;
+    uint32_t shape, group, material; /* numbers in the body */
     int64_t layer;
     bool flipped;
     bool planar; /* the shape is: its normal is the piece's */
@@ -30,14 +30,12 @@ struct pm_pieces {
     struct pm_piece_owner *owner;
 };
 
-/* The pieces of all polygons, neighbours in space beside each other: digests scatter them. */
-PM_MUST_USE pm_status pm_pieces_build(const pm_world *world, struct pm_pieces *out);
+/* The pieces of all polygons of a body, neighbours in space beside each other: digests scatter
+ * them. */
+PM_MUST_USE pm_status pm_pieces_build(const struct pm_body *body, struct pm_pieces *out);
 void pm_pieces_clear(struct pm_pieces *pieces);
 
-/* The exact test. True if the piece is the best so far.
- * Woop, Benthin, Wald, "Watertight ray/triangle intersection", JCGT 2(1), 2013: the corners are
- * sheared so that the ray is the z axis. Equal corners become equal numbers and the sides of
- * edges are exact, so no ray slips between polygons that share an edge. Test:
+/* The exact test, watertight (watertight.h). True if the piece is the best so far. Test:
  * closed_surfaces_leak_no_ray. */
 bool pm_probe_piece(struct pm_probe *probe, const struct pm_pieces *pieces, uint32_t index);
 

@@ -3,22 +3,28 @@
 
 #include <math.h>
 
+#include "world/body.h"
 #include "world/rays.h"
 
-/* One ray on its way through the world: what the exact tests need, and the best that they
- * found. */
+/* One ray on its way through a body: what the exact tests need, and the best that they found.
+ * Keys, limit and tolerance are those of the world's ray, whatever the body. */
 struct pm_probe {
-    const struct pm_shape *shapes;
-    pm_vec3 origin, direction; /* the origin moved into the cube */
-    double entry;              /* how far it was moved */
-    double o[3];               /* origin */
+    const struct pm_body *body;
+    pm_vec3 origin, direction; /* in the body's coordinates, the origin moved into its cube */
+    double entry; /* how far the origin was moved, in the body's units (not the main body's) */
+    double unit;  /* the body's unit of length */
+    double o[3];  /* origin */
     double shear[2];
     int axis[3]; /* the direction's greatest axis last; the other two span the sheared plane */
+    uint32_t base;     /* number of the body's first surface */
+    uint32_t material; /* that replaces those of its surfaces, or PM_NO_PRIMITIVE */
+    double tolerance;
 
-    double limit, tolerance;
-    uint32_t from_group; /* of the surface that the ray starts from, or PM_NO_PRIMITIVE */
+    double main_entry; /* how far the world's origin was moved into its cube */
+    double limit;
+    uint32_t from, from_group; /* of the surface that the ray starts from, or PM_NO_PRIMITIVE */
     struct pm_ray_key after, best; /* hits up to `after` are behind; best.t = INFINITY: none */
-    uint32_t best_shape, best_piece; /* PM_NO_PRIMITIVE: no polygon */
+    uint32_t best_surface, best_piece; /* PM_NO_PRIMITIVE: no polygon */
 };
 
 /* The cube in which rays live is a little larger than [-1, 1]^3. */
@@ -28,8 +34,37 @@ struct pm_probe {
  */
 bool pm_probe_init(struct pm_probe *probe, const pm_world *world, const pm_ray *ray);
 
+/* The same ray in the coordinates of an instance's body. False if it passes the body's cube.
+ * The rest of `inner` is as in `outer`. */
+bool pm_probe_enter(struct pm_probe *inner, const struct pm_probe *outer,
+                    const struct pm_instance *instance);
+
 /* The exact test of a ring or a curved shape. True if it is the best so far. */
 bool pm_probe_shape(struct pm_probe *probe, uint32_t index);
+
+/* The distance along the world's ray. */
+static inline double pm_probe_along(const struct pm_probe *probe, double t)
+{
+    return (probe->entry + t) * probe->unit;
+}
+
+/* And back. */
+static inline double pm_probe_local(const struct pm_probe *probe, double along)
+{
+    return along / probe->unit - probe->entry;
+}
+
+/* Whether the ray starts from the group of the body's surface with that number. */
+static inline bool pm_probe_starts_on(const struct pm_probe *probe, uint32_t group)
+{
+    return probe->base + group == probe->from_group;
+}
+
+/* A surface without a material is not there. */
+static inline bool pm_probe_sees(const struct pm_probe *probe, uint32_t material)
+{
+    return material != PM_NO_PRIMITIVE || probe->material != PM_NO_PRIMITIVE;
+}
 
 static inline bool pm_ray_key_precedes(const struct pm_ray_key *a, const struct pm_ray_key *b)
 {
@@ -60,17 +95,18 @@ static inline bool pm_probe_wants(const struct pm_probe *probe, double t, double
     return t >= probe->after.t && t <= probe->best.t && !pm_probe_is_at_end(probe, t, cosine);
 }
 
-/* Takes the hit if it is the best so far. At t = 0 only what coincides with the surface that
+/* Takes the hit if it is the best so far; `local` is its surface's number in the body. At t =
+ * 0 only what coincides with the surface that
  * the ray starts from counts, and of that what lies ahead. */
 static inline bool pm_probe_offer(struct pm_probe *probe, const struct pm_ray_key *key,
-                                  uint32_t shape, uint32_t piece)
+                                  uint32_t local, uint32_t piece)
 {
     if (!(key->t > 0 || (key->t == 0 && key->group == probe->from_group)))
         return false;
     if (!pm_ray_key_precedes(&probe->after, key) || !pm_ray_key_precedes(key, &probe->best))
         return false;
     probe->best = *key;
-    probe->best_shape = shape;
+    probe->best_surface = probe->base + local;
     probe->best_piece = piece;
     return true;
 }

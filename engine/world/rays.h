@@ -3,7 +3,8 @@
 
 #include "world/world_internal.h"
 
-/* Ray queries. Embree walks its tree in float over boxes that are wide enough for every
+/* Ray queries. Each body has a tree; in it, instances are boxes, behind which the ray goes on in
+ * the tree of the instance's body. Embree walks its tree in float over boxes that are wide enough for every
  * rounding of the ray and of the box; whoever's box it meets is tested here in double against
  * the exact shape. So the answer is the exact nearest surface whatever the tree looks like. */
 
@@ -16,6 +17,7 @@ struct pm_ray_key {
     int64_t order;
 };
 
+/* The trees of all bodies; world->rays owns them. */
 PM_MUST_USE pm_status pm_rays_build(pm_world *world, pm_error *err);
 void pm_rays_free(struct pm_rays *rays);
 

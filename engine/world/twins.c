@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/radix.h"
+#include "world/body.h"
 #include "world/material.h"
 
 /* ---- planar shapes: planes hashed by two numbers ---- */
@@ -17,7 +18,7 @@ enum { MOST_TRIED = 256 };
 static const uint32_t NONE = UINT32_MAX;
 
 struct finder {
-    pm_world *world;
+    struct pm_body *body;
     pm_keyed *order;     /* planar shapes, the largest first */
     double (*number)[2]; /* of all shapes: plane_numbers */
     size_t count;
@@ -70,7 +71,7 @@ static void prefetch(const struct finder *f, size_t k)
     if (k + AHEAD >= f->count)
         return;
     uint32_t index = f->order[k + AHEAD].value;
-    __builtin_prefetch(&f->world->shapes[index].axis);
+    __builtin_prefetch(&f->body->shapes[index].axis);
     for (int near = 0; near < 4; near++)
         __builtin_prefetch(&f->bucket[near_bucket(f, index, near)]);
 }
@@ -78,11 +79,11 @@ static void prefetch(const struct finder *f, size_t k)
 /* The first shape of a group whose plane holds this one, or NONE. */
 static uint32_t find_group(const struct finder *f, uint32_t index)
 {
-    const struct pm_shape *s = &f->world->shapes[index];
+    const struct pm_shape *s = &f->body->shapes[index];
     for (int k = 0; k < 4; k++) {
         uint32_t l = f->bucket[near_bucket(f, index, k)];
         for (int tried = 0; l != NONE && tried < MOST_TRIED; l = f->next[l], tried++)
-            if (lies_in_plane(s, &f->world->shapes[l], f->world->tolerance))
+            if (lies_in_plane(s, &f->body->shapes[l], f->body->tolerance))
                 return l;
     }
     return NONE;
@@ -114,21 +115,21 @@ static uint64_t area_key(double area)
 
 static bool finder_init(struct finder *f)
 {
-    const struct pm_world *world = f->world;
+    const struct pm_body *body = f->body;
     size_t buckets = 16;
-    while (buckets < 2 * world->shape_count)
+    while (buckets < 2 * body->shape_count)
         buckets *= 2;
     f->mask = buckets - 1;
-    f->order = malloc((world->shape_count + 1) * sizeof *f->order);
-    f->next = malloc((world->shape_count + 1) * sizeof *f->next);
-    f->number = malloc((world->shape_count + 1) * sizeof *f->number);
+    f->order = malloc(((size_t)body->shape_count + 1) * sizeof *f->order);
+    f->next = malloc(((size_t)body->shape_count + 1) * sizeof *f->next);
+    f->number = malloc(((size_t)body->shape_count + 1) * sizeof *f->number);
     f->bucket = malloc(buckets * sizeof *f->bucket);
     if (!f->order || !f->next || !f->number || !f->bucket)
         return false;
     memset(f->bucket, 0xFF, buckets * sizeof *f->bucket);
-    for (uint32_t i = 0; i < world->shape_count; i++) {
-        const struct pm_shape *s = &world->shapes[i];
-        if (!pm_shape_is_planar(s) || s->deviation > world->tolerance)
+    for (uint32_t i = 0; i < body->shape_count; i++) {
+        const struct pm_shape *s = &body->shapes[i];
+        if (!pm_shape_is_planar(s) || s->deviation > body->tolerance)
             continue;
         plane_numbers(s, f->number[i]);
         f->order[f->count++] = (pm_keyed){area_key(s->area), i};
@@ -136,9 +137,9 @@ static bool finder_init(struct finder *f)
     return !pm_radix_sort(f->order, f->count);
 }
 
-static pm_status find_planar(pm_world *world)
+static pm_status find_planar(struct pm_body *body)
 {
-    struct finder f = {.world = world};
+    struct finder f = {.body = body};
     bool ready = finder_init(&f);
     for (size_t k = 0; ready && k < f.count; k++) {
         prefetch(&f, k);
@@ -146,7 +147,7 @@ static pm_status find_planar(pm_world *world)
         if (group == NONE)
             start_group(&f, index);
         else
-            join(&world->shapes[index], &world->shapes[group], group);
+            join(&body->shapes[index], &body->shapes[group], group);
     }
     free(f.order);
     free(f.next);
@@ -199,25 +200,25 @@ static int by_parameters(const void *a, const void *b, void *context)
 }
 
 /* Shapes whose keys are equal: nearly always twins. */
-static void group_curved(pm_world *world, pm_keyed *run, size_t count)
+static void group_curved(struct pm_body *body, pm_keyed *run, size_t count)
 {
-    qsort_r(run, count, sizeof *run, by_parameters, world->shapes);
+    qsort_r(run, count, sizeof *run, by_parameters, body->shapes);
     for (size_t k = 1; k < count; k++) {
-        const struct pm_shape *before = &world->shapes[run[k - 1].value];
-        struct pm_shape *s = &world->shapes[run[k].value];
+        const struct pm_shape *before = &body->shapes[run[k - 1].value];
+        struct pm_shape *s = &body->shapes[run[k].value];
         if (compare_parameters(before, s) == 0)
             s->group = before->group;
     }
 }
 
-static pm_status find_curved(pm_world *world)
+static pm_status find_curved(struct pm_body *body)
 {
-    pm_keyed *curved = malloc((world->shape_count + 1) * sizeof *curved);
+    pm_keyed *curved = malloc(((size_t)body->shape_count + 1) * sizeof *curved);
     size_t count = 0;
     if (!curved)
         return PM_E_MEMORY;
-    for (uint32_t i = 0; i < world->shape_count; i++) {
-        struct pm_shape *s = &world->shapes[i];
+    for (uint32_t i = 0; i < body->shape_count; i++) {
+        struct pm_shape *s = &body->shapes[i];
         if (pm_shape_is_planar(s))
             continue;
         s->flipped = s->inward; /* outward is a group's direction */
@@ -228,7 +229,7 @@ static pm_status find_curved(pm_world *world)
         for (end = i + 1; end < count && curved[end].key == curved[i].key;)
             end++;
         if (end - i > 1)
-            group_curved(world, curved + i, end - i);
+            group_curved(body, curved + i, end - i);
     }
     free(curved);
     return status;
@@ -237,42 +238,52 @@ static pm_status find_curved(pm_world *world)
 /* ---- layers ---- */
 
 /* How far to the front a surface comes. */
-static int prominence(const struct pm_material *m)
+static int prominence(const pm_world *world, const struct pm_shape *s)
 {
-    if (m->type == PM_LIGHT || m->type == PM_SPOTLIGHT || m->type == PM_GLOW)
+    if (s->material == PM_NO_PRIMITIVE)
+        return 0;
+    pm_primitive_type type = world->materials[s->material].type;
+    if (type == PM_LIGHT || type == PM_SPOTLIGHT || type == PM_GLOW)
         return 2;
-    return m->type == PM_ILLUM ? 1 : 0;
+    return type == PM_ILLUM ? 1 : 0;
 }
 
-static pm_status set_layers(pm_world *world)
+static pm_status set_layers(const pm_world *world, struct pm_body *body)
 {
     const int64_t step = INT64_C(1) << 32; /* more than any index */
     /* in each group */
-    uint32_t *lamps = calloc(world->shape_count + 1, sizeof *lamps);
+    uint32_t *lamps = calloc((size_t)body->shape_count + 1, sizeof *lamps);
     if (!lamps)
         return PM_E_MEMORY;
-    for (uint32_t i = 0; i < world->shape_count; i++) {
-        struct pm_shape *s = &world->shapes[i];
-        int rank = prominence(&world->materials[s->material]);
+    for (uint32_t i = 0; i < body->shape_count; i++) {
+        struct pm_shape *s = &body->shapes[i];
+        int rank = prominence(world, s);
         s->layer = i + (s->flipped ? rank : -rank) * step;
         lamps[s->group] += rank > 0;
     }
-    for (uint32_t i = 0; i < world->shape_count; i++) {
-        struct pm_shape *s = &world->shapes[i];
-        s->contested = lamps[s->group] > 1 && prominence(&world->materials[s->material]) > 0;
+    for (uint32_t i = 0; i < body->shape_count; i++) {
+        struct pm_shape *s = &body->shapes[i];
+        s->contested = lamps[s->group] > 1 && prominence(world, s) > 0;
     }
     free(lamps);
     return PM_OK;
 }
 
+static pm_status find_twins(const pm_world *world, struct pm_body *body)
+{
+    for (uint32_t i = 0; i < body->shape_count; i++)
+        body->shapes[i].group = i;
+    pm_status status = find_planar(body);
+    if (!status)
+        status = find_curved(body);
+    return status ? status : set_layers(world, body);
+}
+
 pm_status pm_twins_find(pm_world *world, pm_error *err)
 {
-    for (uint32_t i = 0; i < world->shape_count; i++)
-        world->shapes[i].group = i;
-    pm_status status = find_planar(world);
-    if (!status)
-        status = find_curved(world);
-    if (!status)
-        status = set_layers(world);
+    pm_status status = PM_OK;
+    for (size_t i = 0; !status && i < world->body_count; i++)
+        if (world->bodies[i].shape_count)
+            status = find_twins(world, &world->bodies[i]);
     return status ? pm_error_set(err, status, "no memory to compare surfaces") : PM_OK;
 }

@@ -6,8 +6,8 @@
 
 #include "base/maths.h"
 #include "base/warp.h"
+#include "world/bodies.h"
 #include "world/brdf.h"
-#include "world/cube.h"
 #include "world/identity.h"
 #include "world/light.h"
 #include "world/material.h"
@@ -21,43 +21,23 @@ static pm_status no_memory(pm_error *err)
     return pm_error_set(err, PM_E_MEMORY, "no memory for the scene's surfaces");
 }
 
-/* Both lists are in digest order already. */
-static pm_status copy_digests(pm_world *world, const struct pm_identity *identity,
-                              pm_error *err)
+static const pm_digest *copy_digests(pm_world *world, const pm_digest *digests, size_t count)
 {
-    size_t count = identity->local_count + identity->distant_count;
-    pm_digest *digests = pm_arena_array(&world->arena, count, sizeof *digests);
-    if (!digests)
-        return no_memory(err);
-    memcpy(digests, identity->digests, count * sizeof *digests);
-    world->shape_digests = digests;
-    world->distant_digests = digests + identity->local_count;
-    return PM_OK;
+    pm_digest *copy = pm_arena_array(&world->arena, count, sizeof *copy);
+    if (copy && count)
+        memcpy(copy, digests, count * sizeof *copy);
+    return copy;
 }
 
-/* In file order, so that the first bad primitive of the file is the one that is named. */
-static pm_status make_shapes(pm_world *world, const pm_scene *scene,
-                             const struct pm_identity *identity, pm_error *err)
+/* Both lists are in digest order already. */
+static pm_status keep_digests(pm_world *world, const struct pm_identity *identity,
+                              pm_error *err)
 {
-    const struct pm_shape_frame frame = {world->center, world->scale, world->tolerance};
-    uint32_t *place = malloc((scene->count + 1) * sizeof *place);
-    world->shapes = pm_arena_array(&world->arena, identity->local_count, sizeof *world->shapes);
-    pm_status status = place && world->shapes ? PM_OK : no_memory(err);
-    if (!status)
-        memset(place, 0xFF, scene->count * sizeof *place);
-    for (uint32_t i = 0; !status && i < identity->local_count; i++)
-        place[identity->surfaces[i]] = i;
-    for (size_t i = 0; !status && i < scene->count; i++) {
-        const pm_primitive *p = &scene->primitives[i];
-        if (place[i] == PM_NO_PRIMITIVE)
-            continue;
-        struct pm_shape *shape = &world->shapes[place[i]];
-        status = pm_shape_make(scene, p, &frame, &world->arena, shape, err);
-        shape->material = identity->materials.of_primitive[p->modifier];
-    }
-    free(place);
-    world->shape_count = identity->local_count;
-    return status;
+    world->shape_digests =
+        copy_digests(world, identity->main.digests, identity->main.surface_count);
+    world->distant_digests =
+        copy_digests(world, identity->source_digests, identity->source_count);
+    return world->shape_digests && world->distant_digests ? PM_OK : no_memory(err);
 }
 
 static struct pm_distant make_distant(const pm_primitive *p, uint32_t material)
@@ -74,32 +54,32 @@ static pm_status make_distants(pm_world *world, const pm_scene *scene,
                                const struct pm_identity *identity, pm_error *err)
 {
     world->distants =
-        pm_arena_array(&world->arena, identity->distant_count, sizeof *world->distants);
+        pm_arena_array(&world->arena, identity->source_count, sizeof *world->distants);
     if (!world->distants)
         return no_memory(err);
-    for (size_t i = 0; i < identity->distant_count; i++) {
-        const pm_primitive *p =
-            &scene->primitives[identity->surfaces[identity->local_count + i]];
+    for (size_t i = 0; i < identity->source_count; i++) {
+        const pm_primitive *p = &scene->primitives[identity->sources[i]];
         world->distants[i] = make_distant(p, identity->materials.of_primitive[p->modifier]);
     }
-    world->distant_count = identity->distant_count;
+    world->distant_count = identity->source_count;
     return PM_OK;
 }
 
 static pm_status compile(pm_world *world, const pm_scene *scene,
                          const struct pm_identity *identity, pm_error *err)
 {
-    if (identity->local_count + identity->distant_count == 0)
+    const struct pm_content *main = &identity->main;
+    if (main->surface_count + main->instance_count + identity->source_count == 0)
         return pm_error_set(err, PM_E_RANGE,
                             "the scene has no surface and no source; there is "
                             "nothing to see");
-    pm_status status = pm_cube_choose(world, scene, identity, err);
+    pm_status status = pm_bodies_place(world, scene, identity, err);
     if (!status)
-        status = copy_digests(world, identity, err);
+        status = keep_digests(world, identity, err);
     if (!status)
         status = pm_materials_compile(world, scene, &identity->materials, err);
     if (!status)
-        status = make_shapes(world, scene, identity, err);
+        status = pm_bodies_fill(world, scene, identity, err);
     if (!status)
         status = pm_brdf_tables_build(world, err);
     if (!status)
@@ -150,27 +130,29 @@ pm_digest pm_world_hash(const pm_world *world)
 
 const pm_digest *pm_world_surface_digest(const pm_world *world, uint32_t surface)
 {
-    return &world->shape_digests[surface];
+    if (surface < world->shape_count)
+        return &world->shape_digests[surface];
+    struct pm_place place;
+    pm_place_find(world->main, surface, &place);
+    return &world->main->instance_digests[place.chain[0] - world->main->instances];
 }
 
 void pm_world_info_get(const pm_world *world, pm_world_info *out)
 {
+    const struct pm_body *main = world->main;
     /* one factor after the other: a square might overflow and make 0 * infinity of black */
     pm_rgb power = pm_rgb_scale(pm_light_total_power(world), world->scale);
     *out = (pm_world_info){.center = world->center,
                            .scale = world->scale,
                            .low = world->low,
                            .high = world->high,
-                           .surfaces = world->shape_count,
+                           .surfaces = main->count,
                            .lights = pm_lights_count(world),
+                           .specular_surfaces = main->tally.specular,
+                           .diffuse_surfaces = main->tally.diffuse,
+                           .mist_surfaces = main->tally.mist,
                            .power = pm_rgb_scale(power, world->scale),
                            .octree_nodes = world->octree_nodes};
-    for (size_t i = 0; i < world->shape_count; i++) {
-        const struct pm_material *m = &world->materials[world->shapes[i].material];
-        out->specular_surfaces += pm_material_is_specular(m);
-        out->diffuse_surfaces += pm_material_is_diffuse(m);
-        out->mist_surfaces += pm_material_is_mist(m);
-    }
 }
 
 pm_vec3 pm_world_from_scene(const pm_world *world, pm_vec3 scene_point)

@@ -38,8 +38,8 @@ pm_digest pm_world_hash(const pm_world *world);
 typedef struct pm_world_info {
     pm_vec3 center;           /* of the octree cube [scene units] */
     double scale;             /* half its edge [scene units]; a power of two */
-    pm_vec3 low, high;        /* exact bounds of the local surfaces [scene units] */
-    size_t surfaces;          /* local ones */
+    pm_vec3 low, high;        /* bounds of the local surfaces [scene units]; of instances, boxes */
+    size_t surfaces;          /* local ones, those of instances as often as they are placed */
     size_t lights;            /* surfaces and distant sources that emit */
     size_t specular_surfaces; /* whose material can reflect or refract specularly or glossily */
     size_t diffuse_surfaces;  /* whose material has a diffuse part */
@@ -65,8 +65,13 @@ typedef struct pm_hit {
     double t;         /* refined in double against the exact shape */
     pm_vec3 point;    /* on the exact shape */
     pm_vec3 normal;   /* unit geometric normal, on the side that Radiance calls front */
-    uint32_t surface; /* index in the world's digest order */
+    uint32_t surface; /* index in the world's digest order; then come those of instances */
     uint32_t material;
+
+    /* Meshes alone, 0 for others: interpolated texture coordinates (Lu, Lv), and what smooth
+     * normals add to the unit normal. */
+    double u, v;
+    pm_vec3 perturbation;
 } pm_hit;
 
 /* The closest surface along the ray. Exact in double: the surface `from` is never met again at
@@ -86,7 +91,14 @@ struct pm_media;
 pm_rgb pm_world_transmittance(const pm_world *world, const pm_ray *ray,
                               const struct pm_media *media, bool weak);
 
-/* A stable 32-byte name of a surface; for options that name surfaces. */
+/* Between the coordinates of the instances that the surface belongs to and the scene's [scene
+ * units], for functions. False in the main scene, and where the modifier of the outermost
+ * instance stands for the surface's own: that one means the scene's. Test: test_instance.c. */
+bool pm_world_instance_transform(const pm_world *world, uint32_t surface, pm_transform *from,
+                                 pm_transform *to);
+
+/* A stable 32-byte name of a surface, of an instance for what it holds; for options that name
+ * surfaces. */
 const pm_digest *pm_world_surface_digest(const pm_world *world, uint32_t surface);
 
 #endif

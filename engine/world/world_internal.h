@@ -8,13 +8,14 @@
 
 /* What the files of this folder share. Nothing outside it includes this header.
  *
- * Compile order (world.c): digests, sorted (identity.c) -> cube.c -> materials -> shapes in
- * world coordinates (shape_make.c) -> octree.c -> coincident shapes (twins.c) -> rays.c ->
- * lights. */
+ * Compile order (world.c): digests, sorted (identity.c) -> bounds and cubes (bodies.c, cube.c)
+ * -> materials -> shapes in their body's coordinates (shape_make.c), meshes, instances
+ * (bodies.c) -> octree.c -> coincident shapes (twins.c) -> rays.c -> lights. */
 
 struct pm_material; /* material.h */
 struct pm_lights;   /* light.c */
 struct pm_rays;     /* rays.c */
+struct pm_body;     /* body.h */
 
 /* A `source`: radiance from a cone of directions, infinitely far away. */
 struct pm_distant {
@@ -43,6 +44,12 @@ struct pm_material_table {
 struct pm_world {
     pm_arena arena; /* everything below that is not said to be elsewhere */
 
+    /* Prototypes, each after those that it places, and the main scene last (body.h). */
+    struct pm_body *bodies;
+    size_t body_count;
+    const struct pm_body *main;
+
+    /* The main scene's. */
     pm_vec3 center;   /* of the cube [scene units] */
     double scale;     /* half its edge [scene units] */
     double tolerance; /* rounding of the scene's own numbers, seen from here: closer is
@@ -51,7 +58,8 @@ struct pm_world {
     pm_digest hash;
     size_t octree_nodes;
 
-    /* Local surfaces and distant sources, each sorted by digest. */
+    /* Local surfaces of the main scene, without its instances, and distant sources,
+     * each sorted by digest. */
     size_t shape_count;
     struct pm_shape *shapes;
     const pm_digest *shape_digests;

@@ -9,6 +9,7 @@
 #include "compile.h"
 #include "numbers.h"
 #include "world/pieces.h"
+#include "world/body.h"
 #include "world/rays.h"
 
 #define GREY "void plastic grey 0 0 5 .5 .5 .5 0 0\n"
@@ -246,7 +247,7 @@ static void the_tree_hides_no_surface(void **state)
         add_random_shape(&t, &rng);
     pm_world *world = world_of(t.data);
     struct pm_pieces pieces;
-    assert_int_equal(pm_pieces_build(world, &pieces), PM_OK);
+    assert_int_equal(pm_pieces_build(world->main, &pieces), PM_OK);
     int met = 0;
     for (int i = 0; i < 30000; i++) {
         pm_ray ray = random_ray(world, &rng);
@@ -256,8 +257,8 @@ static void the_tree_hides_no_surface(void **state)
         assert_int_equal(pm_world_intersect(world, &ray, &hit), wanted);
         assert_int_equal(pm_rays_any(world, &ray), wanted);
         if (wanted) {
-            assert_int_equal(hit.surface, probe.best_shape);
-            assert_true(hit.t == probe.entry + probe.best.t);
+            assert_int_equal(hit.surface, probe.best_surface);
+            assert_true(hit.t == probe.main_entry + probe.best.t);
         }
         met += wanted;
     }
