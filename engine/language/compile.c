@@ -777,7 +777,8 @@ pm_status pm_constant_value(pm_language *language, const struct pm_node *node, d
 static uint32_t compile_text(struct compiler *c, const struct pm_node *node, unsigned arg_count)
 {
     static const struct scope outside = {0};
-    if (arg_count == 0)
+    /* 0 stands for a function that is always 0, as in Radiance's BRTDfunc */
+    if (arg_count == 0 || (node->kind == PM_NODE_NUMBER && node->number == 0))
         return compile(c, node, NULL);
     if (node->kind != PM_NODE_NAME)
         return FAIL(c, node, PM_E_SYNTAX,

@@ -552,7 +552,7 @@ static void find_lone_functions(pm_reading *r)
 
 static pm_status compile_functions(pm_reading *r)
 {
-    enum { DIRECTION = 3 };
+    enum { DIRECTION = 4 }; /* and the source's solid angle */
     find_lone_functions(r);
     pm_status st = compile_group(r, 'e', 0, &r->result.expressions);
     if (!st)

@@ -23,7 +23,7 @@
 typedef struct pm_type {
     const char *name;
     const char *strings;
-    unsigned arguments;        /* with which its functions are called, those of `&` apart: 3 */
+    unsigned arguments;        /* with which its functions are called, those of `&` apart: 4 */
     const char *strings_takes; /* completes "takes ...", e.g. "no string arguments" */
     /* Bit n is set if n reals are right; `least` or more are right too if it is not 0. A
      * polygon takes any 3n, n >= 3. */

@@ -216,6 +216,6 @@ void pm_lobe_sample(const pm_surface *surface, const pm_lobe *lobe, double u, do
         sample_rough(surface, lobe, u, v, out);
     double cosine = pm_vec3_dot(lobe->normal, out->wi);
     out->transmitted = !(cosine > 0);
-    if (!reaches(surface, lobe, out->wi, cosine) || pm_rgb_is_black(out->weight))
+    if (!reaches(surface, lobe, out->wi, cosine))
         out->event = PM_EVENT_NONE;
 }
