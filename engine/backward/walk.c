@@ -76,7 +76,7 @@ static bool survives(struct pm_walk *walk, struct pm_sampler *sampler)
 }
 
 /* A specular or glossy event: what the walk meets next is seen through it. */
-static void bend(struct pm_walk *walk, const pm_hit *hit, const pm_scatter *scatter)
+static void bend(struct pm_walk *walk, pm_vec3 origin, const pm_scatter *scatter)
 {
     bool glossy = scatter->event == PM_EVENT_GLOSSY;
     walk->seen = walk->seen && !glossy;
@@ -84,7 +84,7 @@ static void bend(struct pm_walk *walk, const pm_hit *hit, const pm_scatter *scat
                      : glossy   ? PM_EMISSION_WEIGHTED
                                 : PM_EMISSION_FULL;
     walk->specular = true;
-    walk->bend = hit->point;
+    walk->bend = origin;
     walk->bend_pdf = scatter->pdf;
     walk->length = 0;
 }
@@ -99,17 +99,20 @@ static bool leave(const struct pm_pass *pass, struct pm_walk *walk, const pm_hit
     pm_surface_sample_specular(surface, walk->throughput, u, &scatter);
     if (scatter.event == PM_EVENT_NONE)
         return false;
+    uint32_t from = hit->surface;
+    pm_vec3 origin = hit->point;
     if (scatter.event != PM_EVENT_STRAIGHT) {
         if (!pass->rules[walk->vertex].through_specular)
             return false;
-        bend(walk, hit, &scatter);
+        origin = pm_surface_exit(surface, hit->point, scatter.wi, &from);
+        bend(walk, origin, &scatter);
     }
     if (scatter.transmitted)
         pm_media_cross(&walk->media, pass->world, hit, scatter.wi);
     walk->throughput =
         pm_rgb_mul(walk->throughput, pm_rgb_scale(scatter.weight, scatter.radiance_scale));
-    walk->ray = (pm_ray){
-        .origin = hit->point, .direction = scatter.wi, .t_max = INFINITY, .from = hit->surface};
+    walk->ray =
+        (pm_ray){.origin = origin, .direction = scatter.wi, .t_max = INFINITY, .from = from};
     return survives(walk, sampler);
 }
 

@@ -167,6 +167,8 @@ static bool meet_surface(struct walk *walk, const pm_hit *hit)
     if (scatter.transmitted)
         pm_media_cross(&walk->media, walk->tracer->world, hit, scatter.wi);
     walk->ray = (pm_ray){hit->point, scatter.wi, INFINITY, hit->surface};
+    if (scatter.event != PM_EVENT_STRAIGHT)
+        walk->ray.origin = pm_surface_exit(&surface, hit->point, scatter.wi, &walk->ray.from);
     return true;
 }
 

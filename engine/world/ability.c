@@ -1,4 +1,5 @@
 /* What the materials of a world can do: which passes they need. */
+#include "world/bsdf_surface.h"
 #include "world/material.h"
 
 static bool bounds_medium(const struct pm_material *m)
@@ -38,7 +39,7 @@ static void set_function(struct pm_material *m)
     m->specular = false;
 }
 
-static void set_scattering(struct pm_material *m)
+static void set_scattering(const pm_world *world, struct pm_material *m)
 {
     bool colored = !pm_rgb_is_black(m->color);
     switch (m->type) {
@@ -80,6 +81,10 @@ static void set_scattering(struct pm_material *m)
     case PM_METDATA:
     case PM_TRANSDATA:
         set_function(m);
+        break;
+    case PM_BSDF:
+    case PM_ABSDF:
+        pm_bsdf_set_abilities(world, m);
         break;
     case PM_BRTDFUNC: /* what its expressions may give */
         m->diffuse = m->specular = m->straight = true;
@@ -131,7 +136,7 @@ void pm_materials_set_abilities(pm_world *world)
     for (size_t i = 0; i < world->material_count; i++) {
         world->materials[i].bounds_volume = bounds_medium(&world->materials[i]);
         world->materials[i].plain = is_plain(&world->materials[i]);
-        set_scattering(&world->materials[i]);
+        set_scattering(world, &world->materials[i]);
     }
     mark_cut_objects(world);
     bool more = true;

@@ -2,6 +2,8 @@
 
 #include "base/maths.h"
 #include "scene/assets.h"
+#include "world/material.h"
+#include "world/shading.h"
 
 /* Radiance's FTINY. */
 #define TINY 1e-6

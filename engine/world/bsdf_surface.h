@@ -4,8 +4,10 @@
 #include <stdbool.h>
 
 #include "files/bsdf.h"
-#include "world/material.h"
-#include "world/shading.h"
+#include "world/world.h"
+
+struct pm_material;
+struct pm_shading;
 
 /* The materials BSDF and aBSDF (Radiance's m_bsdf.c, pmapmat.c): a distribution from a file on
  * a surface, turned by the material's `up` vector. Lambertian parts are diffuse lobes; the rest

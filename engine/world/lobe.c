@@ -151,6 +151,28 @@ static void sample_function(const pm_surface *s, const pm_lobe *lobe, double u, 
     out->weight = pm_rgb_scale(function_value(s, lobe, out->wi), pdf > 0 ? cosine / pdf : 0);
 }
 
+/* ---- tables ---- */
+
+static pm_rgb table_value(const pm_surface *s, const pm_lobe *lobe, pm_vec3 wi)
+{
+    return pm_rgb_mul(lobe->u.table.gain,
+                      pm_bsdf_hit_value(&s->bsdfs[lobe->u.table.index], wi));
+}
+
+static void sample_table(const pm_surface *s, const pm_lobe *lobe, double u, double v,
+                         pm_scatter *out)
+{
+    const pm_bsdf_hit *hit = &s->bsdfs[lobe->u.table.index];
+    out->wi = pm_vec3_negate(s->wo);
+    out->weight = pm_rgb_grey(0);
+    if (!pm_bsdf_hit_sample(hit, lobe->sides == PM_SIDE_FAR, u, v, &out->wi))
+        return;
+    double pdf = pm_bsdf_hit_pdf(hit, out->wi);
+    double cosine = fabs(pm_vec3_dot(lobe->normal, out->wi));
+    if (pdf > 0)
+        out->weight = pm_rgb_scale(table_value(s, lobe, out->wi), cosine / pdf);
+}
+
 /* ---- any lobe ---- */
 
 pm_rgb pm_lobe_value(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi)
@@ -162,6 +184,8 @@ pm_rgb pm_lobe_value(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi)
         return pm_rgb_scale(lobe->albedo, coat_share(lobe, cosine) * fabs(cosine) / PM_PI);
     if (lobe->kind == PM_LOBE_FUNCTION)
         return pm_rgb_scale(function_value(surface, lobe, wi), fabs(cosine));
+    if (lobe->kind == PM_LOBE_TABLE)
+        return pm_rgb_scale(table_value(surface, lobe, wi), fabs(cosine));
     return pm_rgb_scale(lobe->albedo, rough_shape(surface, lobe, wi));
 }
 
@@ -194,6 +218,8 @@ double pm_lobe_pdf(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi)
         return fabs(cosine) / PM_PI;
     if (lobe->kind == PM_LOBE_FUNCTION)
         return function_pdf(surface, lobe, wi);
+    if (lobe->kind == PM_LOBE_TABLE)
+        return pm_bsdf_hit_pdf(&surface->bsdfs[lobe->u.table.index], wi);
     return rough_pdf(surface, lobe, wi);
 }
 
@@ -212,6 +238,8 @@ void pm_lobe_sample(const pm_surface *surface, const pm_lobe *lobe, double u, do
         sample_diffuse(lobe, u, v, out);
     else if (lobe->kind == PM_LOBE_FUNCTION)
         sample_function(surface, lobe, u, v, out);
+    else if (lobe->kind == PM_LOBE_TABLE)
+        sample_table(surface, lobe, u, v, out);
     else
         sample_rough(surface, lobe, u, v, out);
     double cosine = pm_vec3_dot(lobe->normal, out->wi);

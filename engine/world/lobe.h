@@ -10,7 +10,8 @@ static inline void pm_surface_begin(pm_surface *surface, pm_vec3 normal, pm_vec3
 {
     surface->normal = normal;
     surface->wo = wo;
-    surface->count = surface->events = surface->function_count = 0;
+    surface->count = surface->events = surface->function_count = surface->bsdf_count = 0;
+    surface->skip = 0;
 }
 
 /* Appends a lobe of the surface's own normal, unless `albedo` is black: then NULL. Its

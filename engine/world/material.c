@@ -318,12 +318,6 @@ static pm_status compile_textures(const struct compiler *c, int32_t modifier,
     return status;
 }
 
-/* What models.c cannot show yet: whoever adds a type there takes it out here. */
-static bool is_offered(const struct pm_primitive *p)
-{
-    return p->type != PM_BSDF && p->type != PM_ABSDF;
-}
-
 static bool is_grained(pm_primitive_type type)
 {
     return type == PM_PLASTIC2 || type == PM_METAL2 || type == PM_TRANS2;
@@ -332,8 +326,6 @@ static bool is_grained(pm_primitive_type type)
 static pm_status check_material(const struct compiler *c, const pm_primitive *p,
                                 const struct pm_material *m)
 {
-    if (!is_offered(p))
-        return refuse(c, p, "is not offered yet");
     if (is_grained(p->type) && !(m->roughness > 1e-6 && m->across > 1e-6)) /* FTINY */
         return refuse(c, p,
                       "has a roughness of 0, which Radiance refuses too; the type without a 2 "

@@ -364,6 +364,48 @@ static void brtdfunc(struct shade *s)
     add_function(s, PM_SIDE_FAR, pm_rgb_grey(1), far, scale);
 }
 
+/* ---- BSDF, aBSDF ---- */
+
+static void add_table(struct shade *s, unsigned side, pm_rgb albedo, pm_rgb gain)
+{
+    pm_lobe *lobe = pm_shade_add(s, PM_LOBE_TABLE, PM_EVENT_GLOSSY, side, albedo);
+    if (!lobe)
+        return;
+    lobe->u.table.index = s->out->bsdf_count - 1;
+    lobe->u.table.gain = pm_rgb_scale(gain, s->share);
+}
+
+/* Photons do not lie where light that skips over geometry would look for them: walks follow
+ * what a proxy transmits diffusely. */
+static void add_transmission(struct shade *s, pm_rgb albedo, bool skips)
+{
+    pm_shade_add(s, PM_LOBE_DIFFUSE, skips ? PM_EVENT_GLOSSY : PM_EVENT_DIFFUSE, PM_SIDE_FAR,
+                 albedo);
+}
+
+/* See bsdf_surface.h. */
+static void bsdf(struct shade *s)
+{
+    enum pm_bsdf_walk walk = s->shadow ? PM_BSDF_SHADOW : s->seen ? PM_BSDF_SEEN : PM_BSDF_WALK;
+    struct pm_bsdf_shares shares;
+    if (s->out->bsdf_count == PM_BSDFS_MAX)
+        return;
+    pm_bsdf_hit *hit = &s->out->bsdfs[s->out->bsdf_count];
+    if (!pm_bsdf_hit_at(s->material, s->shading, s->normal, s->front, walk, hit, &shares))
+        return;
+    if (shares.passes) {
+        pm_shade_straight(s, pm_rgb_grey(1), 0);
+        return;
+    }
+    s->out->bsdf_count++;
+    s->out->skip = fmax(s->out->skip, shares.thickness);
+    pm_shade_diffuse(s, PM_SIDE_NEAR, shares.diffuse[0], PM_COAT_NONE);
+    add_transmission(s, shares.diffuse[1], shares.thickness > 0);
+    add_table(s, PM_SIDE_NEAR, shares.rest[0], shares.gain[0]);
+    add_table(s, PM_SIDE_FAR, shares.rest[1], shares.gain[1]);
+    pm_shade_straight(s, shares.straight, 0);
+}
+
 /* ---- all ---- */
 
 void pm_shade_model(struct shade *s)
@@ -407,6 +449,10 @@ void pm_shade_model(struct shade *s)
         break;
     case PM_BRTDFUNC:
         brtdfunc(s);
+        break;
+    case PM_BSDF:
+    case PM_ABSDF:
+        bsdf(s);
         break;
     case PM_MIST:
         pm_shade_straight(s, pm_rgb_grey(1), 0);

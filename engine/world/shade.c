@@ -99,10 +99,12 @@ static void shade(const pm_world *world, const pm_hit *hit, const struct shade *
 
 /* ---- hits ---- */
 
+enum looker { WALK, EYE, SHADOW_RAY };
+
 static void surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
-                       const pm_media *media, bool seen, pm_surface *out)
+                       const pm_media *media, enum looker looker, pm_surface *out)
 {
-    struct pm_shown shown = pm_material_shown(world, hit, wo, media, seen);
+    struct pm_shown shown = pm_material_shown(world, hit, wo, media, looker == EYE);
     double cosine = pm_vec3_dot(wo, hit->normal);
     bool front = cosine >= 0;
     pm_surface_begin(out, front ? hit->normal : pm_vec3_negate(hit->normal), wo);
@@ -114,7 +116,8 @@ static void surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
     s.share = 1;
     s.tilted = false;
     s.front = front != shown.flipped;
-    s.seen = seen;
+    s.seen = looker == EYE;
+    s.shadow = looker == SHADOW_RAY;
     s.out = out;
     s.material = shown.material;
     if (shown.material && shown.material->plain && !is_smooth(hit))
@@ -126,13 +129,13 @@ static void surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
 void pm_surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo, const pm_media *media,
                    pm_surface *out)
 {
-    surface_at(world, hit, wo, media, false, out);
+    surface_at(world, hit, wo, media, WALK, out);
 }
 
 void pm_surface_seen_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
                         const pm_media *media, pm_surface *out)
 {
-    surface_at(world, hit, wo, media, true, out);
+    surface_at(world, hit, wo, media, EYE, out);
 }
 
 void pm_surface_receiver(pm_vec3 normal, pm_surface *out)
@@ -150,6 +153,6 @@ pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, pm_vec3 di
     if (weak && pm_light_stands_in(world, hit, wo))
         return pm_rgb_grey(0);
     pm_surface surface;
-    surface_at(world, hit, wo, media, false, &surface);
+    surface_at(world, hit, wo, media, SHADOW_RAY, &surface);
     return pm_surface_part(&surface, PM_EVENT_STRAIGHT, PM_SIDE_FAR);
 }

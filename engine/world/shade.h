@@ -16,7 +16,8 @@ struct shade {
     double share;               /* of a mixture */
     bool tilted;                /* the normal is perturbed */
     bool front;
-    bool seen; /* by the eye: straight passage shows the perturbation */
+    bool seen;   /* by the eye: straight passage shows the perturbation */
+    bool shadow; /* by a ray that looks for light */
     pm_surface *out;
 };
 

@@ -4,6 +4,7 @@
 #include "base/rgb.h"
 #include "world/aniso.h"
 #include "world/brdf.h"
+#include "world/bsdf_surface.h"
 #include "world/media.h"
 #include "world/world.h"
 
@@ -34,6 +35,7 @@ typedef enum pm_lobe_kind {
     PM_LOBE_GRAIN_ROUGH, /* rough transmission, */
     PM_LOBE_GRAIN_PHONG, /* Ashikhmin and Shirley's reflection */
     PM_LOBE_FUNCTION,    /* brdf.h: what the scene defines */
+    PM_LOBE_TABLE,       /* bsdf_surface.h: what a file holds */
     PM_LOBE_DIRECTION,   /* into `wi` alone: reflection, refraction, redirection, passage */
     PM_LOBE_KINDS,
 } pm_lobe_kind;
@@ -73,13 +75,17 @@ typedef struct pm_lobe {
             pm_rgb gain;    /* shape = gain * f |cos wi| */
         } function;
         struct {
+            unsigned index; /* of pm_surface.bsdfs */
+            pm_rgb gain;    /* albedo * shape = gain * f |cos wi| */
+        } table;
+        struct {
             pm_vec3 wi; /* unit */
             double radiance_scale;
         } direction;
     } u;
 } pm_lobe;
 
-enum { PM_LOBES_MAX = 16, PM_FUNCTIONS_MAX = 4 };
+enum { PM_LOBES_MAX = 16, PM_FUNCTIONS_MAX = 4, PM_BSDFS_MAX = 2 };
 
 /* The material evaluated at one hit for one wo. */
 typedef struct pm_surface {
@@ -87,10 +93,24 @@ typedef struct pm_surface {
     pm_vec3 wo;
     unsigned count;
     unsigned events; /* bit (1 << event) set if a lobe has that event */
-    unsigned function_count;
+    unsigned function_count, bsdf_count;
+    double skip; /* [world] light that is transmitted goes on so far behind the surface, beyond
+                    the geometry that a BSDF with a thickness stands for; nearly always 0 */
     pm_lobe lobes[PM_LOBES_MAX];
     pm_brdf functions[PM_FUNCTIONS_MAX];
+    pm_bsdf_hit bsdfs[PM_BSDFS_MAX];
 } pm_surface;
+
+/* Where light that the surface scatters towards wi starts: at the hit `point` itself, but for
+ * `skip`. *from, the surface that the ray comes from, changes alike. */
+static inline pm_vec3 pm_surface_exit(const pm_surface *surface, pm_vec3 point, pm_vec3 wi,
+                                      uint32_t *from)
+{
+    if (!(surface->skip > 0) || pm_vec3_dot(surface->normal, wi) > 0)
+        return point;
+    *from = PM_NO_PRIMITIVE;
+    return pm_vec3_madd(point, -surface->skip, surface->normal);
+}
 
 typedef struct pm_scatter {
     pm_event event;
