@@ -29,8 +29,8 @@ void pm_shade_straight(struct shade *s, pm_rgb albedo, double strength)
 /* Whether its normal is interpolated. */
 static bool is_smooth(const pm_hit *hit)
 {
-    (void)hit;
-    return false;
+    pm_vec3 p = hit->perturbation;
+    return p.x != 0 || p.y != 0 || p.z != 0;
 }
 
 static void set_normal(struct shade *s, bool side)

@@ -14,8 +14,10 @@ void pm_shading_init(struct pm_shading *s, const pm_world *world, const pm_hit *
     s->segment = hit->t;
     s->far = false;
     s->color = (pm_rgb){1, 1, 1};
-    s->perturbation = (pm_vec3){0, 0, 0};
-    s->from_instance = s->to_instance = NULL;
+    s->perturbation = hit->perturbation;
+    s->in_instance = hit->surface != PM_NO_PRIMITIVE &&
+                     pm_world_instance_transform(world, hit->surface, &s->from_instance,
+                                                 &s->to_instance);
     s->frame = NULL;
 }
 
@@ -41,7 +43,7 @@ static void set_vector(double *out, pm_vec3 v, double scale)
 /* From the scene's coordinates to those of the modifier. */
 static pm_transform own_frame(const struct pm_shading *s, const struct pm_modifier *m)
 {
-    return s->to_instance ? pm_transform_then(s->to_instance, &m->inverse) : m->inverse;
+    return s->in_instance ? pm_transform_then(&s->to_instance, &m->inverse) : m->inverse;
 }
 
 /* Radiance's chanvalue (src/rt/func.c). */
@@ -66,7 +68,8 @@ static void fill(struct pm_ray_values *ray, const struct pm_shading *s, const pm
         v[PM_RAY_JX + j] = own->turn[1][j] * unit;
         v[PM_RAY_KX + j] = own->turn[2][j] * unit;
     }
-    v[PM_RAY_LU] = v[PM_RAY_LV] = 0;
+    v[PM_RAY_LU] = s->hit->u;
+    v[PM_RAY_LV] = s->hit->v;
     for (int i = PM_RAY_NXP; i < PM_RAY_VALUES; i++)
         v[i] = 0;
 }
@@ -96,9 +99,9 @@ pm_vec3 pm_shading_to_world(const struct pm_shading *s, const struct pm_modifier
 {
     double scale = m->transform.scale;
     v = pm_transform_vector(&m->transform, v);
-    if (s->from_instance) {
-        scale *= s->from_instance->scale;
-        v = pm_transform_vector(s->from_instance, v);
+    if (s->in_instance) {
+        scale *= s->from_instance.scale;
+        v = pm_transform_vector(&s->from_instance, v);
     }
     return pm_vec3_scale(v, 1 / scale);
 }

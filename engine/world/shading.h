@@ -36,12 +36,12 @@ struct pm_shading {
     pm_rgb color;         /* product of the patterns; may be negative or above 1 */
     pm_vec3 perturbation; /* sum of the textures, added to the unit normal hit->normal */
 
-    /* The transforms of the instance that the surface belongs to; NULL in the main scene. */
-    const pm_transform *from_instance, *to_instance;
+    /* Between the coordinates of the instances that the surface belongs to and the scene's. */
+    bool in_instance;
+    pm_transform from_instance, to_instance;
 
     /* The values of the ray in the coordinates of `frame`, filled when a function first asks.
      */
-    bool has_ray;
     const struct pm_modifier *frame;
     struct pm_ray_values ray;
 };

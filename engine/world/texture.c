@@ -206,8 +206,8 @@ static bool is_ink(const struct pm_shading *s, const struct pm_modifier *m)
     if (s->far)
         return false;
     pm_vec3 p = pm_world_to_scene(s->world, s->hit->point);
-    if (s->to_instance)
-        p = pm_transform_point(s->to_instance, p);
+    if (s->in_instance)
+        p = pm_transform_point(&s->to_instance, p);
     pm_vec3 v = pm_vec3_sub(p, ink->anchor);
     return pm_text_holds(ink->text, pm_vec3_dot(v, ink->right), pm_vec3_dot(v, ink->down));
 }

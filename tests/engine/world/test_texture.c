@@ -35,6 +35,10 @@ static const char picture_hdr[] = "#?RADIANCE\n\n+Y 2 +X 2\n\012\1\2\210\024\1\2
 static const char spectra_hdr[] = "#?RADIANCE\nFORMAT=Radiance_spectra\nNCOMP=4\n"
                                   "WAVELENGTH_SPLITS=780 588 480 380\n\n-Y 2 +X 1\n"
                                   "\020\040\060\100\210\0\0\0\0\0";
+/* a square of half edge 2 with texture coordinates; all its normals lean to the right */
+static const char square_obj[] = "v -2 -2 0\nv 2 -2 0\nv 2 2 0\nv -2 2 0\n"
+                                 "vt 0 0\nvt 1 0\nvt 1 3\nvt 0 3\nvn .6 0 .8\n"
+                                 "usemtl cover\nf 1/1/1 2/2/1 3/3/1 4/4/1\n";
 static const char font_fnt[] = "65 4 0 0 127 0 127 255 0 255\n32 0\n";
 
 static void add_file(pm_bundle *bundle, const char *name, const char *bytes, size_t size)
@@ -57,6 +61,7 @@ static pm_status compile_with_files(const char *text, pm_world **world, pm_error
     add_file(bundle, "p.hdr", picture_hdr, sizeof picture_hdr - 1);
     add_file(bundle, "spectra.hdr", spectra_hdr, sizeof spectra_hdr - 1);
     add_file(bundle, "a.fnt", font_fnt, strlen(font_fnt));
+    add_file(bundle, "square.obj", square_obj, strlen(square_obj));
     add_file(bundle, "a.txt", "A A\n A\n", 7);
     pm_status st = pm_scene_parse(bundle, "test.rad", NULL, &scene, err);
     if (!st)
@@ -373,6 +378,31 @@ static void refuses(const char *patterns, const char *message)
     free(text.data);
 }
 
+/* A mesh of half the size, turned by 90 degrees and moved 1 up. Its own material's functions
+ * see its coordinates, a material given for all of it sees the scene's. */
+static void meshes_bring_coordinates_and_normals(void **state)
+{
+    (void)state;
+#define COVER "void texfunc t 4 0 .5 0 . 0 0\nt colorfunc p 4 Px Lu Lv . 0 0\n"
+#define MESH  "square.obj -s .5 -rz 90 -t 0 1 0 0 0\n"
+    static const char *const scenes[2] = {
+        COVER "p plastic cover 0 0 5 .5 .5 .5 0 0\nvoid mesh s 9 " MESH,
+        COVER "p plastic other 0 0 5 .5 .5 .5 0 0\nother mesh s 9 " MESH,
+    };
+    for (int i = 0; i < 2; i++) {
+        pm_error err = PM_ERROR_INIT;
+        pm_world *world = NULL;
+        if (compile_with_files(scenes[i], &world, &err))
+            fail_msg("%s:%d:%d: %s", err.file, err.line, err.column, err.text);
+        /* (-.25, 1.5) was (1, .5) */
+        struct pm_shading s = look(world, -.25, 1.5);
+        assert_color(&s, i ? -.25 : 1, .75, 3 * .625);
+        pm_vec3 want = i ? (pm_vec3){0, 1.1, -.2} : (pm_vec3){-.5, .6, -.2};
+        assert_true(pm_vec3_distance(s.perturbation, want) < 1e-7); /* normals are floats */
+        pm_world_free(world);
+    }
+}
+
 static void what_cannot_be_evaluated_is_refused(void **state)
 {
     (void)state;
@@ -416,6 +446,7 @@ int main(void)
         cmocka_unit_test(mixtures_weigh_their_sides),
         cmocka_unit_test(mixtures_hold_mixtures_and_faults),
         cmocka_unit_test(patterns_do_not_make_energy),
+        cmocka_unit_test(meshes_bring_coordinates_and_normals),
         cmocka_unit_test(what_cannot_be_evaluated_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
