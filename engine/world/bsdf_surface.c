@@ -136,7 +136,7 @@ bool pm_bsdf_hit_at(const struct pm_material *m, struct pm_shading *shading, pm_
         pm_bsdf_peak_at(hit->bsdf, hit->in, &hit->peak);
     if (has_thickness(m) && fabs(v[0]) > TINY) {
         double scale = m->modifier.transform.scale / shading->world->scale;
-        scale *= shading->from_instance ? shading->from_instance->scale : 1;
+        scale *= shading->in_instance ? shading->from_instance.scale : 1;
         shares->thickness = fabs(v[0]) * scale;
     }
     fill_shares(m, shading, front, hit, shares);
