@@ -66,6 +66,17 @@ static const struct verb verbs[] = {
      "  pmclient pmapdump .01 room.gpm room.cpm | pmclient oconv -n 16 - room.rad > dump.oct\n"
      "  pmclient pmapdump -n 20k -f room.gpm > photons.rad",
      pm_check_pmapdump, pm_verb_pmapdump},
+    {"oconv", PM_VERB_OCONV, 0, "oconv [OPTION...] FILE... > OCTREE",
+     "an octree of scene files, as Radiance's oconv",
+     "The files make one scene, in their order; - is standard input. Without -f the octree "
+     "names\n"
+     "its files, which must stay where they are; with - among them it is frozen in any case. "
+     "Every\n"
+     "verb that takes a scene takes an octree, too.\n\n"
+     "  pmclient oconv materials.rad room.rad > room.oct\n"
+     "  pmclient oconv -f room.rad -o room.oct\n"
+     "  pmclient pmapdump .01 room.gpm | pmclient oconv -n 16 - room.rad > dump.oct",
+     pm_check_oconv, pm_verb_oconv},
     {"scene", PM_VERB_SCENE, 0, "scene check SCENE.rad", "what a scene holds, or what is wrong",
      "  pmclient scene check room.rad", pm_check_look, pm_verb_look},
     {"map", PM_VERB_MAP, 0, "map list | info KEY | fetch KEY -o FILE",

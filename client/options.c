@@ -18,7 +18,7 @@ enum {
     WORKING = LOOKING | PM_VERB_MKPMAP,
     ONLINE = WORKING | PM_VERB_SCENE | PM_VERB_MAP | PM_VERB_JOB,
     MAPS = PM_VERB_PMAPINFO | PM_VERB_PMAPDUMP,
-    ALL = ONLINE | MAPS,
+    ALL = ONLINE | MAPS | PM_VERB_OCONV,
 };
 
 struct option;
@@ -388,6 +388,35 @@ static pm_status take_dump_color(struct words *words)
     return st;
 }
 
+static pm_status take_set_size(struct words *words)
+{
+    return take_u32(words, "surfaces", 1, 511, &words->out->oconv.set_size);
+}
+
+static pm_status take_resolution(struct words *words)
+{
+    return take_u32(words, "smallest cubes across the scene", 1, 1 << 20,
+                    &words->out->oconv.resolution);
+}
+
+static pm_status take_bounds(struct words *words)
+{
+    pm_oconv_option *o = &words->out->oconv;
+    pm_status st = PM_OK;
+    for (int i = 0; !st && i < 4; i++)
+        st = take_number(words, "four numbers: the lowest corner x y z and the width",
+                         i < 3 ? &o->corner[i] : &o->edge);
+    if (!st && !(o->edge > 0))
+        return bad(words, words->argv[words->at - 1], "a width greater than 0");
+    o->bounded = true;
+    return st;
+}
+
+static pm_status take_input_octree(struct words *words)
+{
+    return take_text(words, "an octree", &words->out->oconv.input);
+}
+
 static pm_status take_server(struct words *words)
 {
     return take_text(words, "an address such as http://127.0.0.1:8080", &words->out->server);
@@ -503,6 +532,18 @@ static const struct option options[] = {
      DUMP(points, true)},
     {"-a+", PM_VERB_PMAPDUMP, "", "the same", DUMP(points, true)},
     {"-a-", PM_VERB_PMAPDUMP, "", "spheres (the default)", DUMP(points, false)},
+    {"-n", PM_VERB_OCONV, "N", "surfaces in a cube before it is divided (6)",
+     TAKE(take_set_size)},
+    {"-r", PM_VERB_OCONV, "N", "width of the scene in smallest cubes (16384)",
+     TAKE(take_resolution)},
+    {"-b", PM_VERB_OCONV, "X Y Z SIZE", "the cube; without it, the smallest that fits",
+     TAKE(take_bounds)},
+    {"-f", PM_VERB_OCONV, "", "freeze: put the primitives into the octree, not their files",
+     SWITCH(oconv.frozen, true)},
+    {"-i", PM_VERB_OCONV, "OCTREE", "start from an octree, and add the files to it",
+     TAKE(take_input_octree)},
+    {"-w", PM_VERB_OCONV, "", "no notes on standard error, errors only", SWITCH(quiet, true)},
+    {"-o", PM_VERB_OCONV, "FILE", "where to write (standard output)", TAKE(take_output)},
     {"--server", ONLINE | MAPS, "URL",
      "a running server (PM_SERVER); without one, a private one", TAKE(take_server)},
     {"--token-file", ONLINE | MAPS, "FILE", "bearer token of the server (PM_TOKEN_FILE)",

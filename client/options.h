@@ -24,6 +24,7 @@ typedef enum pm_verb {
     PM_VERB_JOB = 1 << 7,
     PM_VERB_PMAPINFO = 1 << 8,
     PM_VERB_PMAPDUMP = 1 << 9,
+    PM_VERB_OCONV = 1 << 10,
 } pm_verb;
 
 /* How one map is dumped: the options before its name. */
@@ -36,7 +37,16 @@ typedef struct pm_dump_option {
     pm_rgb color;          /* of -c */
 } pm_dump_option;
 
-enum { PM_OPERANDS_MAX = 16, PM_OUTPUTS_MAX = 8, PM_ALLOWED_MAX = 16 };
+/* How an octree is made. */
+typedef struct pm_oconv_option {
+    uint32_t set_size, resolution; /* -n, -r; 0: the default */
+    bool bounded;                  /* -b */
+    double corner[3], edge;
+    bool frozen;       /* -f */
+    const char *input; /* -i: an octree to start from */
+} pm_oconv_option;
+
+enum { PM_OPERANDS_MAX = 255, PM_OUTPUTS_MAX = 8, PM_ALLOWED_MAX = 16 };
 
 /* What was said about one kind of map. */
 typedef struct pm_map_option {
@@ -54,6 +64,8 @@ typedef struct pm_options {
     const char *operands[PM_OPERANDS_MAX]; /* words that are no options */
     unsigned operand_count;
     pm_dump_option dump, dumps[PM_OPERANDS_MAX]; /* pmapdump: of the next operand, of each */
+
+    pm_oconv_option oconv;
 
     pm_map_option maps[PM_MAP_KINDS];
     const char *detected_map; /* -ap FILE: its kind is read from the file */

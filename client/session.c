@@ -244,26 +244,6 @@ static pm_status upload_bundle(pm_session *session, const pm_bundle *bundle, pm_
     return st;
 }
 
-/* An oconv file starts as all of Radiance's do: lines of text up to an empty one. */
-static bool is_octree(const pm_file *file)
-{
-    static const char format[] = "FORMAT=Radiance_octree";
-    const char *text = (const char *)file->data;
-    const char *end = memmem(text, file->size, "\n\n", 2);
-    return end && file->size > 2 && !memcmp(text, "#?", 2) &&
-           memmem(text, (size_t)(end - text), format, sizeof format - 1);
-}
-
-static pm_status check_bundle(const pm_bundle *bundle, const char *main_name, const char *path,
-                              pm_error *err)
-{
-    const pm_file *file = pm_bundle_find(bundle, main_name, NULL);
-    if (!file || !is_octree(file))
-        return PM_OK;
-    return pm_error_set_at(err, PM_E_UNSUPPORTED, path, 0, 0,
-                           "is an octree; those are not read yet: give the .rad file");
-}
-
 /* The file that the server speaks of, as the user typed it; without its folder if that is too
  * long to be shown. */
 static void local_name(const char *path, const char *main_name, const char *name, char *out,
@@ -306,9 +286,7 @@ pm_status pm_session_scene(pm_session *session, const char *path, pm_json **scen
     pm_status st = pm_bundle_collect(path, &options, &bundle, &main_name, err);
     if (st)
         return st;
-    st = check_bundle(bundle, main_name, path, err);
-    if (!st)
-        st = upload_bundle(session, bundle, &digest, err);
+    st = upload_bundle(session, bundle, &digest, err);
     if (!st)
         st = register_scene(session, path, main_name, &digest, scene, err);
     pm_bundle_free(bundle);

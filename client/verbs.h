@@ -11,6 +11,7 @@ PM_MUST_USE pm_status pm_check_trace(const pm_options *options, pm_error *err); 
 PM_MUST_USE pm_status pm_check_mkpmap(const pm_options *options, pm_error *err);
 PM_MUST_USE pm_status pm_check_pmapinfo(const pm_options *options, pm_error *err);
 PM_MUST_USE pm_status pm_check_pmapdump(const pm_options *options, pm_error *err);
+PM_MUST_USE pm_status pm_check_oconv(const pm_options *options, pm_error *err);
 PM_MUST_USE pm_status pm_check_look(const pm_options *options, pm_error *err);
 
 /* What each verb does with its options once they are checked. On failure the error says why;
@@ -20,6 +21,7 @@ PM_MUST_USE pm_status pm_verb_trace(const pm_options *options, pm_error *err);  
 PM_MUST_USE pm_status pm_verb_mkpmap(const pm_options *options, pm_error *err);
 PM_MUST_USE pm_status pm_verb_pmapinfo(const pm_options *options, pm_error *err);
 PM_MUST_USE pm_status pm_verb_pmapdump(const pm_options *options, pm_error *err);
+PM_MUST_USE pm_status pm_verb_oconv(const pm_options *options, pm_error *err);
 PM_MUST_USE pm_status pm_verb_look(const pm_options *options,
                                    pm_error *err); /* scene map job */
 

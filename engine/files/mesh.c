@@ -122,7 +122,7 @@ static void set_bounds(struct pm_mesh_memory *m)
     m->mesh.high = high;
 }
 
-bool pm_mesh_is_compiled(const void *data, size_t size)
+static bool is_compiled(const void *data, size_t size)
 {
     return size >= 2 && memcmp(data, "#?", 2) == 0;
 }
@@ -174,9 +174,9 @@ pm_status pm_mesh_read(const void *data, size_t size, const char *name,
         return memory_error(err);
     m->triangle_limit = most < UINT32_MAX ? most : UINT32_MAX - 1;
     pm_error inner = PM_ERROR_INIT;
-    pm_status st = pm_mesh_is_compiled(data, size)
-                       ? pm_mesh_read_rtm(data, size, name, m, &inner)
-                       : pm_mesh_read_obj(data, size, name, m, &inner);
+    m->mesh.is_compiled = is_compiled(data, size);
+    pm_status st = m->mesh.is_compiled ? pm_mesh_read_rtm(data, size, name, m, &inner)
+                                       : pm_mesh_read_obj(data, size, name, m, &inner);
     if (!st)
         st = finish(m, name, &inner);
     if (!st)
@@ -195,7 +195,7 @@ void pm_mesh_free(pm_mesh *mesh)
 pm_status pm_mesh_materials(const void *data, size_t size, const char *name, pm_arena *arena,
                             pm_records *out, pm_error *err)
 {
-    if (pm_mesh_is_compiled(data, size))
+    if (is_compiled(data, size))
         return pm_mesh_rtm_materials(data, size, name, arena, out, err);
     *out = (pm_records){0};
     return PM_OK;

@@ -36,6 +36,7 @@ typedef struct pm_mesh {
      * the order of the file's records (files/records.h). */
     const char *const *slots;
     uint32_t slot_count;
+    bool is_compiled; /* its materials are in its file */
 
     pm_vec3 low, high; /* bounds of the triangles' corners */
     struct pm_mesh_memory *memory;
@@ -62,9 +63,6 @@ typedef struct pm_mesh_limits {
 PM_MUST_USE pm_status pm_mesh_read(const void *data, size_t size, const char *name,
                                    const pm_mesh_limits *limits, pm_mesh **out, pm_error *err);
 void pm_mesh_free(pm_mesh *mesh);
-
-/* True for bytes that start as a compiled mesh does; others are read as Wavefront's. */
-bool pm_mesh_is_compiled(const void *data, size_t size);
 
 /* The materials of a compiled mesh, one for each slot: what applies where the mesh primitive's
  * modifier is void. Lists are put into the arena, texts lie in `data`. None for an .obj. */

@@ -24,29 +24,47 @@ void pm_portable_put_integer(pm_bytes *bytes, int64_t value, unsigned size)
 
 #define MANTISSA 2147483647.0 /* 2^31 - 1 */
 
+struct real {
+    int64_t mantissa;
+    int exponent;
+};
+
+static double decode(struct real r)
+{
+    if (r.mantissa == 0)
+        return 0;
+    double half = r.mantissa < 0 ? -.5 : .5;
+    return ldexp(((double)r.mantissa + half) * (1 / MANTISSA), r.exponent);
+}
+
+static struct real encode(double value)
+{
+    struct real r;
+    r.mantissa = (int64_t)(frexp(value, &r.exponent) * MANTISSA);
+    if (r.exponent > 127)
+        r = (struct real){r.mantissa > 0 ? 0x7fffffff : -0x7fffffff, 127};
+    else if (r.exponent < -128)
+        r = (struct real){0, 0};
+    return r;
+}
+
 double pm_portable_real(pm_reader *reader)
 {
     int64_t mantissa = pm_portable_integer(reader, 4);
     int64_t exponent = pm_portable_integer(reader, 1);
-    if (mantissa == 0)
-        return 0;
-    double half = mantissa < 0 ? -.5 : .5;
-    return ldexp(((double)mantissa + half) * (1 / MANTISSA), (int)exponent);
+    return decode((struct real){mantissa, (int)exponent});
 }
 
 void pm_portable_put_real(pm_bytes *bytes, double value)
 {
-    int exponent;
-    int64_t mantissa = (int64_t)(frexp(value, &exponent) * MANTISSA);
-    if (exponent > 127) {
-        mantissa = mantissa > 0 ? 0x7fffffff : -0x7fffffff;
-        exponent = 127;
-    } else if (exponent < -128) {
-        mantissa = 0;
-        exponent = 0;
-    }
-    pm_portable_put_integer(bytes, mantissa, 4);
-    pm_portable_put_integer(bytes, exponent, 1);
+    struct real r = encode(value);
+    pm_portable_put_integer(bytes, r.mantissa, 4);
+    pm_portable_put_integer(bytes, r.exponent, 1);
+}
+
+double pm_portable_rounded(double value)
+{
+    return decode(encode(value));
 }
 
 const char *pm_portable_text(pm_reader *reader)

@@ -21,6 +21,7 @@ void pm_portable_put_integer(pm_bytes *bytes, int64_t value, unsigned size);
  * exponent gives the largest, one too small 0. */
 double pm_portable_real(pm_reader *reader);
 void pm_portable_put_real(pm_bytes *bytes, double value);
+double pm_portable_rounded(double value); /* as it is read when it was written */
 
 /* A terminated text, in place; NULL if it does not end. */
 const char *pm_portable_text(pm_reader *reader);

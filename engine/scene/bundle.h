@@ -69,4 +69,12 @@ typedef struct pm_collect_options {
 PM_MUST_USE pm_status pm_bundle_collect(const char *path, const pm_collect_options *options,
                                         pm_bundle **out, const char **main_name, pm_error *err);
 
+/* The same for several main files. If there is more than one, the current folder takes the
+ * place of the main file's.
+ *   names  out: [count] their names in the bundle */
+PM_MUST_USE pm_status pm_bundle_collect_files(const char *const *paths, size_t count,
+                                              const pm_collect_options *options,
+                                              pm_bundle **out, const char **names,
+                                              pm_error *err);
+
 #endif

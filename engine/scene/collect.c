@@ -330,35 +330,69 @@ static pm_status tell_absent(struct collector *c)
     return pm_error_set(c->err, PM_E_MISSING, "%s", text);
 }
 
-static pm_status collect(struct collector *c, const char *path, const char *name,
+/* The main file's name in the bundle: its base name, or, of several, where it lies as seen from
+ * the current folder. */
+static pm_status name_main(struct collector *c, const char *path, size_t count,
+                           char out[PM_PATH_SIZE])
+{
+    const char *slash = strrchr(path, '/');
+    const char *name = strcmp(path, "-") == 0 ? "stdin.rad"
+                       : count == 1 && slash  ? slash + 1
+                                              : path;
+    if (pm_path_join(NULL, name, out))
+        return PM_OK;
+    return pm_error_set(c->err, PM_E_RANGE,
+                        "'%.200s' cannot be the name of a scene's file; give a shorter one, "
+                        "relative to the current folder",
+                        path);
+}
+
+static pm_status add_main(struct collector *c, const char *path, size_t count)
+{
+    char name[PM_PATH_SIZE];
+    pm_status st = name_main(c, path, count, name);
+    if (st || pm_bundle_find(c->bundle, name, NULL))
+        return st;
+    int fd = strcmp(path, "-") == 0 ? STDIN_FILENO : open(path, O_RDONLY | O_CLOEXEC);
+    return fd < 0 ? io_error(c, path) : add_open_file(c, fd, path, name, 'r');
+}
+
+static pm_status collect(struct collector *c, const char *const *paths, size_t count,
                          const pm_collect_options *options)
 {
-    bool standard_input = strcmp(path, "-") == 0;
-    pm_status st = add_folders(c, standard_input ? "./" : path, options);
-    if (st)
-        return st;
-    int fd = standard_input ? STDIN_FILENO : open(path, O_RDONLY | O_CLOEXEC);
-    st = fd < 0 ? io_error(c, path) : add_open_file(c, fd, path, name, 'r');
+    bool here = count > 1 || strcmp(paths[0], "-") == 0;
+    pm_status st = add_folders(c, here ? "./" : paths[0], options);
+    for (size_t i = 0; !st && i < count; i++)
+        st = add_main(c, paths[i], count);
     if (!st)
         st = add_all_named(c);
     return st ? st : tell_absent(c);
 }
 
-pm_status pm_bundle_collect(const char *path, const pm_collect_options *options,
-                            pm_bundle **out, const char **main_name, pm_error *err)
+pm_status pm_bundle_collect_files(const char *const *paths, size_t count,
+                                  const pm_collect_options *options, pm_bundle **out,
+                                  const char **names, pm_error *err)
 {
     struct collector c = {.bundle = pm_bundle_new(), .err = err};
-    const char *slash = strrchr(path, '/');
-    const char *name = strcmp(path, "-") == 0 ? "stdin.rad" : slash ? slash + 1 : path;
-    pm_status st = c.bundle ? collect(&c, path, name, options) : memory_error(&c);
+    pm_status st = c.bundle ? collect(&c, paths, count, options) : memory_error(&c);
+    for (size_t i = 0; !st && i < count; i++) {
+        char name[PM_PATH_SIZE];
+        st = name_main(&c, paths[i], count, name);
+        if (!st)
+            names[i] = pm_bundle_find(c.bundle, name, NULL)->name;
+    }
     free_folders(c.folders, c.folder_count);
     free_folders(c.search, c.search_count);
     free(c.queue);
-    if (st) {
+    if (st)
         pm_bundle_free(c.bundle);
-        return st;
-    }
-    *main_name = pm_bundle_find(c.bundle, name, NULL)->name;
-    *out = c.bundle;
-    return PM_OK;
+    else
+        *out = c.bundle;
+    return st;
+}
+
+pm_status pm_bundle_collect(const char *path, const pm_collect_options *options,
+                            pm_bundle **out, const char **main_name, pm_error *err)
+{
+    return pm_bundle_collect_files(&path, 1, options, out, main_name, err);
 }

@@ -35,11 +35,10 @@ static pm_status reserve_slots(pm_parser *parser, size_t count)
 /* A mesh of Wavefront names its materials; they are those of the scene where the mesh stands,
  * unless its primitive has a modifier, which replaces them all. A compiled mesh has its own,
  * which read_materials finds. Into the parser's buffer. */
-static pm_status find_slots(const pm_reading *r, const pm_mesh *mesh, const pm_file *file,
-                            const pm_word *file_word)
+static pm_status find_slots(const pm_reading *r, const pm_mesh *mesh, const pm_word *file_word)
 {
     pm_status st = reserve_slots(r->parser, mesh->slot_count);
-    bool named = r->result.modifier == PM_VOID && !pm_mesh_is_compiled(file->data, file->size);
+    bool named = r->result.modifier == PM_VOID && !mesh->is_compiled;
     for (uint32_t i = 0; !st && i < mesh->slot_count; i++) {
         pm_word name = *file_word; /* its place */
         name.text = mesh->slots[i];
@@ -107,7 +106,7 @@ pm_status pm_parser_prototype(const pm_reading *r, const pm_file *file, const pm
         st = pm_assets_load(parser->assets, PM_ASSET_MESH, file, &asset, parser->err);
         if (!st) {
             mesh = pm_assets_at(parser->assets, asset)->mesh;
-            st = find_slots(r, mesh, file, word);
+            st = find_slots(r, mesh, word);
         }
     }
     if (st)

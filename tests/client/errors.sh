@@ -55,8 +55,8 @@ expect 1 "empty.rad: the scene has no surface" sh -c ": >empty.rad; '$pm' scene 
 expect 1 "is a folder" "$pm" scene check .
 head -c 9000 "$pm" >binary.rad
 expect 1 "binary.rad:1:1: byte 0x7F" "$pm" scene check binary.rad
-printf '#?RADIANCE\noconv box.rad\nFORMAT=Radiance_octree\n\n\001' >box.oct
-expect 1 "box.oct: is an octree" "$pm" scene check box.oct
+printf '#?RADIANCE\noconv box.rad\nFORMAT=Radiance_octree\n\n\001\037' >box.oct
+expect 1 "box.oct: the file is cut off" "$pm" scene check box.oct
 printf 'void light l 0 0 3 1 1 1\nl sphere s 0 0 4 0 0 0 1e200\n' >huge.rad
 expect 1 "huge.rad: the scene is 2e+200 units wide" "$pm" scene check huge.rad
 sed 's/$/\r/' box.rad >lines.rad
