@@ -117,7 +117,7 @@ static pm_transform inverse_of(const pm_transform *t)
 bool pm_world_instance_transform(const pm_world *world, uint32_t surface, pm_transform *from,
                                  pm_transform *to)
 {
-    if (surface < world->shape_count)
+    if (surface < world->shape_count || surface >= world->main->count)
         return false;
     struct pm_place place;
     pm_place_find(world->main, surface, &place);
