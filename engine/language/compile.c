@@ -3,6 +3,8 @@
 #include "language/language_internal.h"
 
 #include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -45,21 +47,34 @@ struct compiler {
     pm_arena arena; /* instances */
     unsigned depth;
     uint32_t stamp;
-    uint64_t uses; /* of what is being compiled */
+    uint64_t uses;              /* of what is being compiled */
+    const struct pm_node *user; /* the latest call that is not in rayinit: for errors */
 };
 
 static uint32_t compile(struct compiler *c, const struct pm_node *node,
                         const struct scope *scope);
 
-static uint32_t failed(pm_status status)
+static uint32_t fail(const struct compiler *c, pm_status status, uint32_t source, int line,
+                     int column, const char *format, ...) __attribute__((format(printf, 6, 7)));
+
+static uint32_t fail(const struct compiler *c, pm_status status, uint32_t source, int line,
+                     int column, const char *format, ...)
 {
-    (void)status; /* the error has it */
+    char text[sizeof c->err->text];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    if (source < PM_SOURCES_OWN && c->user)
+        pm_language_error(c->language, c->err, status, c->user->source, c->user->line,
+                          c->user->column, "%s", text);
+    else
+        pm_language_error(c->language, c->err, status, source, line, column, "%s", text);
     return NONE;
 }
 
 #define FAIL(c, node, status, ...)                                                             \
-    failed(pm_language_error((c)->language, (c)->err, status, (node)->source, (node)->line,    \
-                             (node)->column, __VA_ARGS__))
+    fail(c, status, (node)->source, (node)->line, (node)->column, __VA_ARGS__)
 
 static uint32_t no_memory(const struct compiler *c)
 {
@@ -321,9 +336,11 @@ static bool is_leaf(const struct pm_op *op)
 static uint32_t used_again(struct compiler *c, const struct pm_name *name)
 {
     const struct pm_op *op = c->ops + name->op;
-    if (op->code == PM_OP_VARIABLE)
-        c->uses |= c->variables[op->a].open ? PM_USES_OPEN : c->variables[op->a].uses;
-    else if (op->code == PM_OP_RAY)
+    if (op->code == PM_OP_VARIABLE) {
+        struct pm_variable *used = c->variables + op->a;
+        c->uses |= used->open ? PM_USES_OPEN : used->uses;
+        used->recursive = used->recursive || used->open;
+    } else if (op->code == PM_OP_RAY)
         c->uses |= 1ull << op->a;
     else if (op->code == PM_OP_REAL || op->code == PM_OP_REAL_COUNT)
         c->uses |= PM_USES_REALS;
@@ -543,7 +560,8 @@ static uint32_t routine_call(struct compiler *c, struct pm_definition *definitio
     uint32_t first = c->stack.count, count = definition->needed;
     if (!instance)
         return NONE;
-    const struct pm_routine *routine = c->routines + instance->routine;
+    struct pm_routine *routine = c->routines + instance->routine;
+    routine->recursive = routine->recursive || routine->open;
     if (!routine->open) {
         const struct pm_op *body = c->ops + routine->body;
         if (body->code == PM_OP_NUMBER)
@@ -653,6 +671,8 @@ static uint32_t call(struct compiler *c, const struct pm_node *node, const struc
             return compile(c, branch, scope);
         }
     }
+    if (node->source >= PM_SOURCES_OWN)
+        c->user = node;
     return call_by_name(c, node, name, first, scope);
 }
 
@@ -715,16 +735,28 @@ static const char *missing_text(const struct pm_node *node)
     return "a constant needs this, which is not defined yet";
 }
 
+static void constant_lacks(const struct compiler *c, const struct pm_node *place,
+                           const struct pm_node *missing)
+{
+    const char *name = missing->kind == PM_NODE_NAME ? missing->name->text : "";
+    int length = pm_name_length(name);
+    if (missing->kind == PM_NODE_NAME && is_callable(missing->name))
+        FAIL(c, place, PM_E_MISSING,
+             "%.*s is a function: it needs its arguments, as in %.*s(x)", length, name, length,
+             name);
+    else
+        FAIL(c, place, PM_E_MISSING, "%s", missing_text(missing));
+}
+
 static pm_status constant_fault(const struct compiler *c, const struct pm_node *node,
                                 const struct pm_run *result)
 {
-    if (result->missing)
-        node = result->missing;
-    if (result->missing)
-        FAIL(c, node, PM_E_MISSING, "%s", missing_text(node));
+    const struct pm_node *missing = result->missing;
+    if (missing)
+        constant_lacks(c, missing->source < PM_SOURCES_OWN ? node : missing, missing);
     else if (result->faults & (PM_FAULT_DEPTH | PM_FAULT_WORK))
-        FAIL(c, node, PM_E_LIMIT, "the recursion of %s does not end",
-             result->recursion ? result->recursion->text : "this constant");
+        FAIL(c, node, PM_E_LIMIT, "this constant takes too long, or %s does not end",
+             result->recursion ? result->recursion->text : "its recursion");
     else
         FAIL(c, node, PM_E_RANGE, "this constant has no value: %s",
              result->faults & PM_FAULT_DIVISION ? "division by zero"
@@ -795,36 +827,6 @@ static uint32_t compile_text(struct compiler *c, const struct pm_node *node, uns
     return call_by_name(c, &by_name, node->name, 0, &outside);
 }
 
-static void *copy(pm_arena *arena, const void *data, size_t count, size_t size)
-{
-    void *made = pm_arena_array(arena, count ? count : 1, size);
-    if (made && count)
-        memcpy(made, data, count * size);
-    return made;
-}
-
-static struct pm_program *keep(const struct compiler *c, const struct pm_program *from)
-{
-    pm_arena *arena = &c->language->arena;
-    struct pm_program *program = copy(arena, from, 1, sizeof *from);
-    struct pm_code code = code_of(c);
-    code.ops = copy(arena, c->ops, c->op_count, sizeof *c->ops);
-    code.lists = copy(arena, c->lists.data, c->lists.count, sizeof(uint32_t));
-    code.routines = copy(arena, c->routines, c->routine_count, sizeof *c->routines);
-    code.variables = copy(arena, c->variables, c->variable_count, sizeof *c->variables);
-    if (!program || !code.ops || !code.lists || !code.routines || !code.variables)
-        return NULL;
-    if (c->reals && program->uses & PM_USES_REALS) {
-        code.reals = copy(arena, c->reals, c->real_count, sizeof *c->reals);
-        code.real_count = c->real_count;
-        code.own_reals = true;
-        if (!code.reals)
-            return NULL;
-    }
-    program->code = code;
-    return program;
-}
-
 static pm_status compile_roots(struct compiler *c, struct pm_node *const *nodes,
                                const struct pm_function_request *request,
                                struct pm_program *program)
@@ -837,6 +839,8 @@ static pm_status compile_roots(struct compiler *c, struct pm_node *const *nodes,
     program->root_count = request->text_count;
     program->arg_count = request->arg_count;
     program->uses = c->uses;
+    program->node = nodes[0];
+    program->real_count = c->real_count;
     return PM_OK;
 }
 
@@ -853,12 +857,18 @@ pm_status pm_program_compile(pm_language *language, struct pm_node *const *nodes
     c.real_count = request->real_count;
     st = compile_roots(&c, nodes, request, &program);
     if (!st) {
-        *out = keep(&c, &program);
+        program.code = code_of(&c);
+        if (c.reals && program.uses & PM_USES_REALS) {
+            program.code.reals = c.reals;
+            program.code.real_count = c.real_count;
+            program.code.own_reals = true;
+        }
+        *out = pm_program_keep(&language->arena, &program);
         *asked_reals = c.asked_reals;
         st = *out ? PM_OK : pm_error_set(err, PM_E_MEMORY, "not enough memory for a function");
     }
     if (!st)
-        language->code_ops += c.op_count;
+        language->code_ops += (*out)->code.op_count;
     clear(&c);
     return st ? st : pm_program_check(language, *out, err);
 }

@@ -11,7 +11,8 @@
 /* One call: its arguments belong to the frame of the caller. */
 struct frame {
     const struct frame *caller;
-    const uint32_t *args; /* operations, evaluated in the caller's frame */
+    const struct pm_definition *definition; /* of the function that is called */
+    const uint32_t *args;                   /* operations, evaluated in the caller's frame */
     double *value;
     uint64_t done; /* a bit for each argument that has its value */
 };
@@ -94,7 +95,7 @@ static double argument(struct machine *m, uint32_t i, struct frame *frame)
         return frame->value[i];
     uint32_t at = frame->args[i];
     unsigned height = m->ops[at].height;
-    if (!enter(m, height, 1, NULL))
+    if (!enter(m, height, 1, frame->definition))
         return 0;
     double value = run(m, at, (struct frame *)frame->caller);
     leave(m, height);
@@ -107,7 +108,7 @@ static double call_in(struct machine *m, const struct pm_op *op, struct frame *c
                       double *values)
 {
     const struct pm_routine *routine = m->code->routines + op->a;
-    struct frame frame = {caller, m->code->lists + op->b, values, 0};
+    struct frame frame = {caller, routine->definition, m->code->lists + op->b, values, 0};
     if (!enter(m, routine->height, routine->cost, routine->definition))
         return 0;
     double value = run(m, routine->body, &frame);
@@ -363,11 +364,14 @@ static double run(struct machine *m, uint32_t at, struct frame *frame)
 static void run_roots(struct machine *m, const uint32_t *roots, unsigned root_count,
                       const double *args, double *values)
 {
-    struct frame frame = {NULL, NULL, (double *)args, UINT64_MAX};
+    struct frame frame = {NULL, NULL, NULL, (double *)args, UINT64_MAX};
     for (unsigned i = 0; i < root_count; i++) {
         double value = run(m, roots[i], &frame);
         values[i] = isfinite(value) ? value : fault(m, PM_FAULT_RANGE);
     }
+    if (m->run.faults & (PM_FAULT_DEPTH | PM_FAULT_WORK))
+        for (unsigned i = 0; i < root_count; i++)
+            values[i] = 0;
 }
 
 enum { FEW = 64 };

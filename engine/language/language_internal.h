@@ -129,6 +129,22 @@ struct pm_op {
     };
 };
 
+/* Where an operation has its operands. */
+enum pm_op_shape {
+    PM_SHAPE_LEAF,
+    PM_SHAPE_ONE, /* a */
+    PM_SHAPE_TWO, /* a, b */
+    PM_SHAPE_THREE,
+    PM_SHAPE_LIST,    /* c entries of the lists from b on */
+    PM_SHAPE_FLAGGED, /* the same, shifted by one bit */
+};
+enum pm_op_shape pm_op_shape(uint8_t code);
+
+/* How many, and the i-th of them. */
+struct pm_code;
+uint32_t pm_op_operand_count(const struct pm_op *op);
+uint32_t pm_op_operand(const struct pm_code *code, const struct pm_op *op, uint32_t i);
+
 /* The bits of enum pm_ray_value, and these. */
 #define PM_USES_REALS (1ull << 60)
 #define PM_USES_OPEN  (1ull << 61) /* recursion: what is not known yet */
@@ -138,7 +154,8 @@ struct pm_routine {
     uint32_t body;
     uint32_t cost; /* units of work: a quarter of the body's nodes, and one */
     uint16_t height;
-    bool open; /* while its body is being compiled */
+    bool open;      /* while its body is being compiled */
+    bool recursive; /* its body asks for itself */
     uint64_t uses;
     const struct pm_definition *definition;
 };
@@ -148,6 +165,7 @@ struct pm_variable {
     uint32_t cost;
     uint16_t height;
     bool open;
+    bool recursive;
     uint64_t uses;
     const struct pm_definition *definition;
 };
@@ -168,6 +186,8 @@ struct pm_program {
     uint32_t roots[PM_LANGUAGE_TEXTS];
     unsigned root_count, arg_count;
     uint64_t uses;
+    const struct pm_node *node; /* of the first text, and the real arguments: for errors */
+    uint32_t real_count;
 };
 
 enum { PM_LANGUAGE_VARIABLES = 8192 }; /* of one program */
@@ -216,13 +236,16 @@ struct pm_language {
 };
 
 enum {
-    PM_LANGUAGE_FOLD_MAX = 1 << 25,  /* steps spent on constants while reading */
-    PM_LANGUAGE_PROBE_MAX = 1 << 26, /* steps spent on probing recursion */
+    PM_LANGUAGE_FOLD_MAX = 1 << 22,  /* steps spent on constants while reading */
+    PM_LANGUAGE_PROBE_MAX = 1 << 25, /* steps spent on probing recursion */
     PM_LANGUAGE_OWN_REALS = 4 << 20  /* nodes beyond which real arguments stay in the ray */
 };
 
 /* An array with room for one more element; false if memory is short. */
 bool pm_language_grow(void **array, uint32_t count, uint32_t *size, size_t element);
+
+/* Labels that no user wrote: errors there are told where the user came from. */
+enum { PM_SOURCE_RAY, PM_SOURCE_PRELUDE, PM_SOURCES_OWN };
 
 /* The label's number. UINT32_MAX if memory is short. */
 uint32_t pm_language_source(pm_language *language, const char *label);
@@ -252,6 +275,10 @@ PM_MUST_USE pm_status pm_parse_expression(pm_language *language, uint32_t contex
 /* compile.c: the value of a constant expression. */
 PM_MUST_USE pm_status pm_constant_value(pm_language *language, const struct pm_node *node,
                                         double *value, pm_error *err);
+
+/* A copy of a program in the arena, without the operations that nothing asks for. NULL if
+ * memory is short. */
+struct pm_program *pm_program_keep(pm_arena *arena, const struct pm_program *program);
 
 /* A program of the texts' trees. *asked_reals: it would be another with other real arguments.
  */

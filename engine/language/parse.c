@@ -291,7 +291,6 @@ static bool descend(struct parser *p)
 
 static struct pm_node *parenthesis(struct parser *p)
 {
-    struct place place = here(p);
     struct pm_node *node = next(p) ? NULL : expression(p);
     if (!node)
         return NULL;
@@ -299,7 +298,6 @@ static struct pm_node *parenthesis(struct parser *p)
         unexpected(p, "an operator, or the ) of this parenthesis,");
         return NULL;
     }
-    (void)place;
     return next(p) ? NULL : node;
 }
 
@@ -316,7 +314,7 @@ static struct pm_node *channel(struct parser *p)
     for (; is_digit(peek(p)); step(p))
         number = number < 1000 ? 10 * number + (unsigned long)(peek(p) - '0') : number;
     /* Only the prelude may ask for those that have no number in Radiance. */
-    unsigned long most = p->source == 0 ? PM_RAY_VALUES : PM_RAY_LV + 1;
+    unsigned long most = p->source == PM_SOURCE_RAY ? PM_RAY_VALUES : PM_RAY_LV + 1;
     if (number < 1 || number > most) {
         FAIL(p, place, PM_E_RANGE, "there is no channel of this number; a ray has $1 to $%d",
              PM_RAY_LV + 1);

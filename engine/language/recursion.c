@@ -10,6 +10,7 @@ enum { DEPTH_MAX = 4096, PROBES = 5 };
 struct walk {
     const pm_language *language;
     const struct pm_code *code;
+    const struct pm_node *root;
     uint32_t real_count;
     uint8_t *seen;    /* routines, then variables: 1 while inside, 2 after */
     uint64_t *strict; /* the arguments that a routine must evaluate */
@@ -19,10 +20,24 @@ struct walk {
 
 static pm_status must(struct walk *w, uint32_t at, uint64_t *args);
 
+/* The place of a definition, or of what uses it if no user wrote it. */
+struct place {
+    uint32_t source;
+    int line, column;
+};
+
+static struct place place_of(const struct pm_definition *definition, const struct pm_node *root)
+{
+    if (definition->source < PM_SOURCES_OWN)
+        return (struct place){root->source, root->line, root->column};
+    return (struct place){definition->source, definition->line, definition->column};
+}
+
 static pm_status endless(const struct walk *w, const struct pm_definition *definition)
 {
-    return pm_language_error(w->language, w->err, PM_E_RANGE, definition->source,
-                             definition->line, definition->column,
+    struct place place = place_of(definition, w->root);
+    return pm_language_error(w->language, w->err, PM_E_RANGE, place.source, place.line,
+                             place.column,
                              "%s always needs itself, so its recursion has no end; put the "
                              "recursion into a branch of an if",
                              definition->text);
@@ -52,48 +67,41 @@ static pm_status called(struct walk *w, const struct pm_op *op, uint64_t *args)
     return st;
 }
 
-static pm_status listed(struct walk *w, const struct pm_op *op, unsigned shift, uint32_t count,
-                        uint64_t *args)
+/* The first `count` operands. */
+static pm_status operands(struct walk *w, const struct pm_op *op, uint32_t count,
+                          uint64_t *args)
 {
     pm_status st = PM_OK;
     for (uint32_t i = 0; !st && i < count; i++)
-        st = must(w, w->code->lists[op->b + i] >> shift, args);
-    return st;
-}
-
-static pm_status operands(struct walk *w, const struct pm_op *op, unsigned count,
-                          uint64_t *args)
-{
-    const uint32_t all[3] = {op->a, op->b, op->c};
-    pm_status st = PM_OK;
-    for (unsigned i = 0; !st && i < count; i++)
-        st = must(w, all[i], args);
+        st = must(w, pm_op_operand(w->code, op, i), args);
     return st;
 }
 
 static pm_status lacks(const struct walk *w, const struct pm_node *node)
 {
-    bool name = node->kind == PM_NODE_NAME;
-    int length = name ? pm_name_length(node->name->text) : 0;
-    if (name)
-        return pm_language_error(w->language, w->err, PM_E_MISSING, node->source, node->line,
-                                 node->column,
+    const struct pm_node *place = node->source < PM_SOURCES_OWN ? w->root : node;
+    if (node->kind == PM_NODE_NAME) {
+        const char *text = node->name->text;
+        int length = pm_name_length(text);
+        return pm_language_error(w->language, w->err, PM_E_MISSING, place->source, place->line,
+                                 place->column,
                                  "%.*s is a function: it needs its arguments, as in %.*s(x)",
-                                 length, node->name->text, length, node->name->text);
-    return pm_language_error(
-        w->language, w->err, PM_E_MISSING, node->source, node->line, node->column,
-        "this asks for a real argument that is not there; there are %d", (int)w->real_count);
+                                 length, text, length, text);
+    }
+    const struct pm_node *which = node->first->next;
+    if (which->kind == PM_NODE_NUMBER && which->number < 1e6)
+        return pm_language_error(w->language, w->err, PM_E_MISSING, place->source, place->line,
+                                 place->column, "this needs real argument %d, and there are %d",
+                                 (int)(which->number + .5), (int)w->real_count);
+    return pm_language_error(w->language, w->err, PM_E_MISSING, place->source, place->line,
+                             place->column, "this needs more real arguments than there are, %d",
+                             (int)w->real_count);
 }
 
 static pm_status must_op(struct walk *w, const struct pm_op *op, uint64_t *args)
 {
     const struct pm_code *code = w->code;
     switch ((enum pm_op_code)op->code) {
-    case PM_OP_NUMBER:
-    case PM_OP_RAY:
-    case PM_OP_REAL:
-    case PM_OP_REAL_COUNT:
-        return PM_OK;
     case PM_OP_MISSING:
         return lacks(w, op->node);
     case PM_OP_ARG:
@@ -104,29 +112,11 @@ static pm_status must_op(struct walk *w, const struct pm_op *op, uint64_t *args)
                     code->variables[op->a].definition);
     case PM_OP_CALL:
         return called(w, op, args);
-    case PM_OP_SUM:
-    case PM_OP_PRODUCT:
-        return listed(w, op, 1, op->c, args);
-    case PM_OP_MIN:
-    case PM_OP_MAX:
-        return listed(w, op, 0, op->c, args);
+    case PM_OP_IF:
     case PM_OP_SELECT:
-        return listed(w, op, 0, 1, args);
-    case PM_OP_ADD:
-    case PM_OP_SUBTRACT:
-    case PM_OP_MULTIPLY:
-    case PM_OP_DIVIDE:
-    case PM_OP_POWER:
-    case PM_OP_ATAN2:
-        return operands(w, op, 2, args);
-    case PM_OP_NOISE3:
-    case PM_OP_NOISE3X:
-    case PM_OP_NOISE3Y:
-    case PM_OP_NOISE3Z:
-    case PM_OP_FNOISE3:
-        return operands(w, op, 3, args);
-    default: /* if, and functions of one argument */
         return operands(w, op, 1, args);
+    default:
+        return operands(w, op, pm_op_operand_count(op), args);
     }
 }
 
@@ -145,10 +135,10 @@ static pm_status check_sure(const pm_language *language, const struct pm_program
                             pm_error *err)
 {
     const struct pm_code *code = &program->code;
-    struct walk w = {.language = language, .code = code, .err = err};
+    struct walk w = {.language = language, .code = code, .root = program->node, .err = err};
     pm_status st = PM_OK;
     uint64_t args = 0;
-    w.real_count = code->real_count;
+    w.real_count = program->real_count;
     w.seen = calloc(code->routine_count + code->variable_count + 1, 1);
     w.strict = calloc(code->routine_count + 1, sizeof *w.strict);
     if (!w.seen || !w.strict)
@@ -170,6 +160,26 @@ static void make_probe(int number, struct pm_ray_values *ray, double *args)
         args[i] = scale[number] * (1 + i * .125);
 }
 
+/* Which definition to name: depth may have run out inside another that the recursion uses. */
+static const struct pm_definition *culprit(const struct pm_code *code,
+                                           const struct pm_definition *met)
+{
+    const struct pm_definition *first = NULL;
+    for (uint32_t i = code->routine_count; i > 0; i--)
+        if (code->routines[i - 1].recursive) {
+            first = code->routines[i - 1].definition;
+            if (first == met)
+                return met;
+        }
+    for (uint32_t i = code->variable_count; i > 0; i--)
+        if (code->variables[i - 1].recursive) {
+            first = code->variables[i - 1].definition;
+            if (first == met)
+                return met;
+        }
+    return first;
+}
+
 static pm_status check_recursion(pm_language *language, const struct pm_program *program,
                                  pm_error *err)
 {
@@ -186,19 +196,28 @@ static pm_status check_recursion(pm_language *language, const struct pm_program 
         if (!(result.faults & (PM_FAULT_DEPTH | PM_FAULT_WORK)) || !result.recursion)
             return PM_OK;
     }
-    const struct pm_definition *definition = result.recursion;
-    return pm_language_error(language, err, PM_E_RANGE, definition->source, definition->line,
-                             definition->column,
-                             "the recursion of %s has no end: it was followed %d levels deep "
-                             "and through %d steps",
-                             definition->text, PM_LANGUAGE_DEPTH, PM_LANGUAGE_WORK);
+    const struct pm_definition *recursive = culprit(&program->code, result.recursion);
+    const struct pm_definition *definition = recursive ? recursive : result.recursion;
+    struct place place = place_of(definition, program->node);
+    if (result.faults & PM_FAULT_DEPTH && !recursive)
+        return pm_language_error(
+            language, err, PM_E_LIMIT, place.source, place.line, place.column,
+            "definitions use each other more than %d levels deep", PM_LANGUAGE_DEPTH);
+    if (result.faults & PM_FAULT_DEPTH)
+        return pm_language_error(
+            language, err, PM_E_RANGE, place.source, place.line, place.column,
+            "the recursion of %s has no end: it was followed %d levels deep", definition->text,
+            PM_LANGUAGE_DEPTH);
+    return pm_language_error(language, err, PM_E_RANGE, place.source, place.line, place.column,
+                             "%s takes too long: it was followed through %d steps",
+                             definition->text, PM_LANGUAGE_WORK);
 }
 
 pm_status pm_program_check(pm_language *language, const struct pm_program *program,
                            pm_error *err)
 {
     pm_status st = check_sure(language, program, err);
-    if (!st && program->uses & PM_USES_OPEN)
+    if (!st)
         st = check_recursion(language, program, err);
     return st;
 }
