@@ -48,7 +48,7 @@ struct compiler {
     unsigned depth;
     uint32_t stamp;
     uint64_t uses;              /* of what is being compiled */
-    const struct pm_node *user; /* the latest call that is not in rayinit: for errors */
+    const struct pm_node *user; /* the latest use that is not in rayinit: for errors */
 };
 
 static uint32_t compile(struct compiler *c, const struct pm_node *node,
@@ -353,6 +353,8 @@ static uint32_t variable(struct compiler *c, const struct pm_node *node)
     const struct pm_definition *definition = name->definition;
     if (!definition || definition->parameter_count > 0)
         return undefined(c, node);
+    if (node->source >= PM_SOURCES_OWN)
+        c->user = node;
     if (definition->body->kind == PM_NODE_NUMBER)
         return add_number(c, definition->body->number);
     if (name->stamp == c->stamp)
@@ -423,6 +425,8 @@ static bool all_numbers(const struct compiler *c, const uint32_t *args, uint32_t
 
 static uint32_t real_argument(struct compiler *c, const struct pm_node *node, uint32_t which)
 {
+    if (node->source < PM_SOURCES_OWN && c->user)
+        node = c->user;
     if (c->constant)
         return add_missing(c, node);
     c->asked_reals = true;
@@ -729,8 +733,10 @@ static const char *missing_text(const struct pm_node *node)
 {
     if (node->kind == PM_NODE_CHANNEL)
         return "a constant (:) cannot depend on the ray; write =";
-    if (node->kind == PM_NODE_CALL && node->first->kind == PM_NODE_NAME &&
-        node->first->name->builtin)
+    const struct pm_name *name = node->kind == PM_NODE_NAME          ? node->name
+                                 : node->first->kind == PM_NODE_NAME ? node->first->name
+                                                                     : NULL;
+    if (name && (name->definition || name->builtin))
         return "a constant (:) cannot depend on real arguments; write =";
     return "a constant needs this, which is not defined yet";
 }

@@ -79,23 +79,25 @@ static pm_status operands(struct walk *w, const struct pm_op *op, uint32_t count
 
 static pm_status lacks(const struct walk *w, const struct pm_node *node)
 {
-    const struct pm_node *place = node->source < PM_SOURCES_OWN ? w->root : node;
-    if (node->kind == PM_NODE_NAME) {
-        const char *text = node->name->text;
-        int length = pm_name_length(text);
-        return pm_language_error(w->language, w->err, PM_E_MISSING, place->source, place->line,
-                                 place->column,
+    const char *name = node->kind == PM_NODE_NAME ? node->name->text : NULL;
+    int length = name ? pm_name_length(name) : 0, count = (int)w->real_count;
+    const struct pm_node *which = name ? node : node->first->next;
+    if (name && node->name->definition && !node->name->definition->parameter_count)
+        return pm_language_error(
+            w->language, w->err, PM_E_MISSING, node->source, node->line, node->column,
+            "%.*s needs a real argument that is not there; there are %d", length, name, count);
+    if (name)
+        return pm_language_error(w->language, w->err, PM_E_MISSING, node->source, node->line,
+                                 node->column,
                                  "%.*s is a function: it needs its arguments, as in %.*s(x)",
-                                 length, text, length, text);
-    }
-    const struct pm_node *which = node->first->next;
+                                 length, name, length, name);
     if (which->kind == PM_NODE_NUMBER && which->number < 1e6)
-        return pm_language_error(w->language, w->err, PM_E_MISSING, place->source, place->line,
-                                 place->column, "this needs real argument %d, and there are %d",
-                                 (int)(which->number + .5), (int)w->real_count);
-    return pm_language_error(w->language, w->err, PM_E_MISSING, place->source, place->line,
-                             place->column, "this needs more real arguments than there are, %d",
-                             (int)w->real_count);
+        return pm_language_error(w->language, w->err, PM_E_MISSING, node->source, node->line,
+                                 node->column, "this needs real argument %d, and there are %d",
+                                 (int)(which->number + .5), count);
+    return pm_language_error(w->language, w->err, PM_E_MISSING, node->source, node->line,
+                             node->column, "this needs more real arguments than there are, %d",
+                             count);
 }
 
 static pm_status must_op(struct walk *w, const struct pm_op *op, uint64_t *args)

@@ -51,7 +51,8 @@ static void what_is_not_there_is_refused_where_it_is_used(void **state)
         {"", "if(Px, 2)", "main.rad:3:5: if needs 3 arguments and has 2"},
         {"", "bound(0, Px)", "main.rad:3:5: bound needs 3 arguments and has 2"},
         {"a = 1/arg(4);", "a", "f.cal:1:7: this needs real argument 4, and there are 0"},
-        {"", "noise3(A1, 2, Px)", "main.rad:3:5: this needs real argument 1, and there are 0"},
+        {"", "noise3(A1, 2, Px)",
+         "main.rad:3:12: A1 needs a real argument that is not there; there are 0"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
         bench_refuses(rows[i].text, rows[i].expression, rows[i].message);

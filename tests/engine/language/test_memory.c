@@ -52,9 +52,9 @@ static pm_status compile(pm_language *language, uint32_t context, pm_error *err)
 static pm_status everything(pm_error *err)
 {
     static char text[40000] = "r(n) = if(n, twice(sq, n) + r(n - 1), 0); twice(f, x) = f(f(x));"
-                              "v0 = Dx; s = min(v599, 1, 2); a : sin(1)*twice(sin, PI);";
+                              "v0 = Dx; s = min(v149, 1, 2); a : sin(1)*twice(sin, PI);";
     if (!strchr(text, '\n'))
-        for (int i = 1; i < 600; i++)
+        for (int i = 1; i < 150; i++)
             sprintf(text + strlen(text), "v%d = v%d*a/2\n;", i, i - 1);
     uint32_t context;
     pm_language *language = pm_language_new(PM_LANGUAGE_SCENE);
