@@ -294,7 +294,7 @@ struct cell {
     double entries; /* that the sets below it may have in all: surfaces in one place end, too */
 };
 
-enum { MOST_ENTRIES = 1024 }; /* for each object */
+enum { MOST_ENTRIES = 1024, FREE_ENTRIES = 1 << 21 }; /* for each object, in any case */
 
 static bool reserve(struct writer *w, size_t end)
 {
@@ -392,7 +392,7 @@ static pm_status write_tree(struct writer *w)
 {
     uint32_t resolution = w->options->resolution ? w->options->resolution : 16384;
     struct cell top = {.half = 1, .count = w->object_count, .free = w->object_count};
-    top.entries = MOST_ENTRIES * (double)top.count;
+    top.entries = MOST_ENTRIES * (double)top.count + FREE_ENTRIES;
     w->smallest = 1.0 / resolution;
     w->slack = 2e-6 * fmin(1 / w->size, 1); /* Radiance's FTINY, or a share of a small scene */
     if (!reserve(w, top.count + 1))
