@@ -46,6 +46,57 @@ static void print_world(const pm_json *world, FILE *to)
     fputc('\n', to);
 }
 
+/* "12 polygon, 3 plastic": as many on a line as fit. */
+static void print_counts(pm_json *counts, FILE *to)
+{
+    int width = 0;
+    const char *type = NULL;
+    while (counts && (type = pm_json_next(counts, type))) {
+        char text[64];
+        int length = snprintf(text, sizeof text, "%" PRId64 " %s",
+                              pm_json_get_integer(counts, type, 0), type);
+        if (!width || width + length > 80)
+            fprintf(to, "%s%-13s ", width ? ",\n" : "", width ? "" : "primitives");
+        else
+            fputs(", ", to);
+        width = (width && width + length <= 80 ? width + 2 : 14) + length;
+        fputs(text, to);
+    }
+    if (width)
+        fputc('\n', to);
+}
+
+static void print_lights(const pm_json *lights, FILE *to)
+{
+    for (size_t i = 0; i < pm_json_length(lights); i++) {
+        const pm_json *light = pm_json_at(lights, i);
+        fprintf(to, "%-13s %.4g W  %s %s of %s\n", i ? "" : "strongest",
+                pm_json_get_number(light, "power", 0), pm_json_get_text(light, "type", ""),
+                pm_json_get_text(light, "name", ""), pm_json_get_text(light, "material", ""));
+    }
+}
+
+static void print_enclosure(const pm_json *scene, FILE *to)
+{
+    const pm_json *escaping = pm_json_get(scene, "escaping");
+    if (pm_json_type_of(escaping) == PM_JSON_REAL)
+        fprintf(to, "%-13s %.2g %% of the lamps' paths leave the scene\n", "enclosure",
+                100 * pm_json_number(escaping));
+}
+
+static void print_warnings(const pm_json *warnings, FILE *to)
+{
+    for (size_t i = 0; i < pm_json_length(warnings); i++) {
+        const pm_json *w = pm_json_at(warnings, i);
+        const char *file = pm_json_get_text(w, "file", "");
+        fputs("warning: ", to);
+        if (*file)
+            fprintf(to, "%s:%" PRId64 ":%" PRId64 ": ", file, pm_json_get_integer(w, "line", 0),
+                    pm_json_get_integer(w, "column", 0));
+        fprintf(to, "%s\n", pm_json_get_text(w, "text", ""));
+    }
+}
+
 static void print_plan(const pm_json *plan, FILE *to)
 {
     for (size_t i = 0; i < pm_json_length(plan); i++)
@@ -58,7 +109,13 @@ void pm_describe_scene(const pm_json *scene, FILE *to)
     print_text(to, "scene", scene, "main");
     print_text(to, "id", scene, "id");
     print_world(scene, to);
+    print_counts(pm_json_get(scene, "counts"), to);
+    print_integer(to, "in instances", scene, "in_instances");
+    print_integer(to, "media", scene, "media");
+    print_lights(pm_json_get(scene, "light_list"), to);
+    print_enclosure(scene, to);
     print_plan(pm_json_get(scene, "plan"), to);
+    print_warnings(pm_json_get(scene, "warnings"), to);
 }
 
 /* ---- maps ---- */

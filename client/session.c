@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "base/bytes.h"
+#include "caret.h"
 #include "interrupt.h"
 #include "output.h"
 #include "private_server.h"
@@ -260,7 +261,8 @@ static void local_name(const char *path, const char *main_name, const char *name
 }
 
 static pm_status register_scene(pm_session *session, const char *path, const char *main_name,
-                                const pm_digest *bundle, pm_json **scene, pm_error *err)
+                                const pm_bundle *files, const pm_digest *bundle,
+                                pm_json **scene, pm_error *err)
 {
     char hex[PM_DIGEST_HEX], name[sizeof err->file];
     pm_error why = PM_ERROR_INIT;
@@ -271,6 +273,7 @@ static pm_status register_scene(pm_session *session, const char *path, const cha
     if (!st || st == PM_E_UNREACHABLE || st == PM_E_CANCELLED)
         return st ? pm_error_set(err, st, "%s", why.text) : PM_OK;
     local_name(path, main_name, why.file, name, sizeof name);
+    pm_caret_append(&why, pm_bundle_find(files, why.file, NULL), why.line, why.column);
     return pm_error_set_at(err, st, name, why.line, why.column, "%s", why.text);
 }
 
@@ -288,7 +291,7 @@ pm_status pm_session_scene(pm_session *session, const char *path, pm_json **scen
         return st;
     st = upload_bundle(session, bundle, &digest, err);
     if (!st)
-        st = register_scene(session, path, main_name, &digest, scene, err);
+        st = register_scene(session, path, main_name, bundle, &digest, scene, err);
     pm_bundle_free(bundle);
     return st;
 }

@@ -47,6 +47,8 @@ static pm_status compile(pm_run *run, const pm_bundle *bundle)
         pm_run_progress(run, "compile", 0);
         st = pm_world_compile(scene, &run->world, run->err);
     }
+    if (!st && run->job->kind == PM_JOB_CHECK)
+        st = pm_survey_make(scene, run->world, &run->answer->survey, run->err);
     pm_scene_free(scene);
     if (st)
         return st;
@@ -166,6 +168,7 @@ void pm_answer_clear(pm_answer *answer)
     for (int kind = 0; kind < PM_MAP_KINDS; kind++)
         pm_photon_map_free(answer->map[kind]);
     pm_image_clear(&answer->image);
+    free(answer->survey);
     free(answer->values);
     free(answer->half_widths);
     free(answer->curve);

@@ -12,6 +12,7 @@
 #include "photons/photon_map.h"
 #include "plan/plan.h"
 #include "scene/bundle.h"
+#include "world/survey.h"
 
 /* One job from a bundle to its answer. The caller lends it a store of batches and listens. */
 
@@ -19,7 +20,7 @@ typedef enum pm_job_kind {
     PM_JOB_MAP,    /* mkpmap: photon maps */
     PM_JOB_RENDER, /* a picture */
     PM_JOB_TRACE,  /* values at sensors */
-    PM_JOB_CHECK,  /* parse and compile alone */
+    PM_JOB_CHECK,  /* parse, compile and survey alone */
 } pm_job_kind;
 
 /* A map that the user brings as a file. */
@@ -100,6 +101,7 @@ typedef struct pm_answer {
     pm_digest scene; /* octree hash */
     pm_world_info world;
     pm_plan plan;
+    pm_survey *survey; /* of PM_JOB_CHECK */
     pm_map_summary maps[PM_MAP_KINDS];
     pm_photon_map *map[PM_MAP_KINDS]; /* of PM_JOB_MAP */
     pm_image image;                   /* of PM_JOB_RENDER */

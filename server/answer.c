@@ -70,10 +70,78 @@ static pm_json *world_json(const pm_answer *answer)
         point(info->low), point(info->high));
 }
 
+/* ---- what a check says ---- */
+
+/* How many primitives there are of each type; types that are not there are left out. */
+static pm_json *counts_json(const pm_survey *survey)
+{
+    pm_json *object = pm_json_pack("{}");
+    bool made = object;
+    for (int type = 0; type < PM_PRIMITIVE_TYPES && made; type++)
+        if (survey->counts[type])
+            made = pm_json_put(object, pm_primitive_type_name((pm_primitive_type)type),
+                               pm_json_pack("I", (long long)survey->counts[type]));
+    if (made)
+        return object;
+    pm_json_free(object);
+    return NULL;
+}
+
+static pm_json *light_list_json(const pm_survey *survey)
+{
+    pm_json *list = pm_json_pack("[]");
+    bool made = list;
+    for (size_t i = 0; i < survey->light_count && made; i++) {
+        const pm_survey_light *light = &survey->lights[i];
+        made = pm_json_append(list, pm_json_pack("{s:o, s:s, s:o, s:o}", "name",
+                                                 pm_json_quote(light->name), "type",
+                                                 pm_primitive_type_name(light->type),
+                                                 "material", pm_json_quote(light->material),
+                                                 "power", pm_json_finite(light->power)));
+    }
+    if (made)
+        return list;
+    pm_json_free(list);
+    return NULL;
+}
+
+static pm_json *warnings_json(const pm_survey *survey)
+{
+    pm_json *list = pm_json_pack("[]");
+    bool made = list;
+    for (size_t i = 0; i < survey->warning_count && made; i++) {
+        const pm_warning *w = &survey->warnings[i];
+        made = pm_json_append(list, pm_json_pack("{s:s, s:o, s:o, s:i, s:i}", "kind",
+                                                 pm_warning_kind_name(w->kind), "text",
+                                                 pm_json_quote(w->text), "file",
+                                                 pm_json_quote(w->file), "line", w->line,
+                                                 "column", w->column));
+    }
+    if (made)
+        return list;
+    pm_json_free(list);
+    return NULL;
+}
+
+static bool put_survey(pm_json *object, const pm_survey *survey)
+{
+    return !survey ||
+           (pm_json_put(object, "counts", counts_json(survey)) &&
+            pm_json_put(object, "media", pm_json_pack("I", (long long)survey->media)) &&
+            pm_json_put(object, "in_instances",
+                        pm_json_pack("I", (long long)survey->in_prototypes)) &&
+            pm_json_put(object, "light_list", light_list_json(survey)) &&
+            pm_json_put(object, "escaping",
+                        survey->has_paths ? pm_json_finite(survey->escaping)
+                                          : pm_json_pack("n")) &&
+            pm_json_put(object, "warnings", warnings_json(survey)));
+}
+
 pm_json *pm_answer_scene_json(const pm_answer *answer)
 {
     pm_json *world = world_json(answer);
-    if (world && pm_json_put(world, "plan", plan_json(&answer->plan)))
+    if (world && put_survey(world, answer->survey) &&
+        pm_json_put(world, "plan", plan_json(&answer->plan)))
         return world;
     pm_json_free(world);
     return NULL;

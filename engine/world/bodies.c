@@ -154,6 +154,7 @@ static pm_status make_shapes(const struct maker *m, struct pm_body *b,
         if (status)
             return status;
         shape->material = material_of(m, p->modifier);
+        shape->primitive = (uint32_t)i;
     }
     b->shape_count = b->own_count = (uint32_t)count;
     return PM_OK;

@@ -14,8 +14,9 @@
 
 struct pm_shape {
     pm_primitive_type type;
-    uint32_t material; /* index into the world's materials */
-    bool inward;       /* bubble, cup, tube: the front looks at the centre or the axis */
+    uint32_t material;  /* index into the world's materials */
+    uint32_t primitive; /* of the scene that it was made from: for messages alone */
+    bool inward;        /* bubble, cup, tube: the front looks at the centre or the axis */
 
     /* Coincident shapes share a group (twins.h): its number is the index of one of them, and
      * planar ones share one plane to the last bit, up to its sign. */

@@ -60,6 +60,7 @@ static pm_status make_distants(pm_world *world, const pm_scene *scene,
     for (size_t i = 0; i < identity->source_count; i++) {
         const pm_primitive *p = &scene->primitives[identity->sources[i]];
         world->distants[i] = make_distant(p, identity->materials.of_primitive[p->modifier]);
+        world->distants[i].primitive = identity->sources[i];
     }
     world->distant_count = identity->source_count;
     return PM_OK;

@@ -23,6 +23,7 @@ struct pm_distant {
     double half_angle; /* [rad], 0 < half_angle <= pi */
     double versine;    /* 1 - cos(half_angle), without cancellation */
     uint32_t material;
+    uint32_t primitive; /* of the scene that it was made from: for messages alone */
 };
 
 /* Antimatter goes by modifier, not by content: of two equal plastics it may list only one. So

@@ -25,7 +25,7 @@ static pm_world *world_of_sources(double half_angle, uint64_t seed)
         draw(&rng, u, 3);
         double half = half_angle * (i % 3 ? u[2] : 1);
         pm_vec3 d = i ? pm_warp_sphere(u[0], u[1]) : (pm_vec3){0, 0, 1};
-        world->distants[i] = (struct pm_distant){d, half, pm_versine(half), 0};
+        world->distants[i] = (struct pm_distant){d, half, pm_versine(half), 0, 0};
     }
     return world;
 }
