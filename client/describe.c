@@ -110,8 +110,10 @@ void pm_describe_scene(const pm_json *scene, FILE *to)
     print_text(to, "id", scene, "id");
     print_world(scene, to);
     print_counts(pm_json_get(scene, "counts"), to);
-    print_integer(to, "in instances", scene, "in_instances");
-    print_integer(to, "media", scene, "media");
+    if (pm_json_get_integer(scene, "in_instances", 0))
+        print_integer(to, "in instances", scene, "in_instances");
+    if (pm_json_get_integer(scene, "media", 0))
+        print_integer(to, "media", scene, "media");
     print_lights(pm_json_get(scene, "light_list"), to);
     print_enclosure(scene, to);
     print_plan(pm_json_get(scene, "plan"), to);

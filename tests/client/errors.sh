@@ -22,8 +22,10 @@ expect 2 "view" "$pm" render box.rad -vd 0 0 1 -o a.exr
 
 printf 'void plastic grey 0 0 4 .5 .5 .5 0\ngrey sphere s 0 0 4 0 0 0 1\n' >few.rad
 expect 1 "few.rad:1:" "$pm" trace few.rad
-printf 'void plastic grey 0 0 5 .5 .5 .5 0 0\n!genbox grey b 1 1 1\n' >command.rad
+printf 'void plastic grey 0 0 5 .5 .5 .5 0 0\n!genclock grey b 1\n' >command.rad
 expect 1 "command.rad:2:" "$pm" trace command.rad
+expect 1 "genclock grey b 1
+     ^" "$pm" trace command.rad
 printf 'void prism1 p 0 0 0\n' >prism.rad
 expect 1 "prism1" "$pm" trace prism.rad
 printf 'void plastic grey 0 0 5 nan .5 .5 0 0\n' >nan.rad
