@@ -4,11 +4,18 @@
 #include <string.h>
 #include <sys/resource.h>
 
+#include "base/bytes.h"
+#include "base/rng.h"
+#include "base/warp.h"
+#include "files/octree_file.h"
+
 /* CPU seconds and memory from scene text to a world with its hash. Target: a million primitives
  * in at most 4 CPU seconds and 1.5 GiB. Memory is the process's greatest so far, its own scene
  * text apart.
  *
- *   bench_world [PRIMITIVES]   default 1000000 */
+ * Forest: as many instances of a tree of a thousand triangles. Target: a million in 1 GiB.
+ *
+ *   bench_world [PRIMITIVES [KIND]]   default 1000000 */
 
 struct text {
     char *data;
@@ -130,11 +137,68 @@ static void mixed(struct text *t, size_t count)
     add_lamp(t);
 }
 
+/* ---- instances ---- */
+
+/* An octree file that names tree.rad: a thousand triangles. */
+static void add_tree(pm_bundle *bundle)
+{
+    pm_error err = PM_ERROR_INIT;
+    const char *file = "tree.rad";
+    const pm_octree_file head = {.size = 1, .files = &file, .file_count = 1, .objects = 1003};
+    struct text text = {0};
+    pm_bytes octree = {0};
+    ADD(&text, "%s", materials);
+    for (size_t k = 0; k < 1000; k++)
+        add_triangle(&text, k, 23);
+    pm_octree_file_start(&head, "oconv", &octree);
+    pm_bytes_u8(&octree, PM_NODE_EMPTY);
+    bench_check(pm_bundle_add(bundle, file, text.data, text.size, &err), &err);
+    bench_check(pm_bundle_add(bundle, "tree.oct", octree.data, octree.size, &err), &err);
+    pm_bytes_clear(&octree);
+    free(text.data);
+}
+
+static void add_files(pm_bundle *bundle, const char *name, const char *text)
+{
+    pm_error err = PM_ERROR_INIT;
+    bench_check(pm_bundle_add(bundle, name, text, strlen(text), &err), &err);
+}
+
+/* Trees in rows, each turned its own way. */
+static void forest(struct text *t, size_t count)
+{
+    size_t across = (size_t)sqrt((double)count);
+    ADD(t, "%s!xform -a %zu -t 1.1 0 .001 -rz .7 -a %zu -t 0 1.2 .002 place.rad\n", materials,
+        across, across);
+    add_lamp(t);
+}
+
 static const struct kind {
     const char *name;
     void (*make)(struct text *t, size_t count);
 } kinds[] = {
-    {"mixed", mixed}, {"triangles", triangles}, {"boxes", boxes}, {"round", rounds}};
+    {"mixed", mixed}, {"triangles", triangles}, {"boxes", boxes}, {"round", rounds},
+    {"forest", forest}};
+
+/* Random rays per CPU second. */
+static double ray_rate(const pm_world *world)
+{
+    enum { RAYS = 200000 };
+    pm_rng rng;
+    pm_rng_init(&rng, 1, PM_RNG_PATH, 0);
+    bench_time start = bench_now();
+    size_t met = 0;
+    for (int i = 0; i < RAYS; i++) {
+        double u[5];
+        for (int k = 0; k < 5; k++)
+            u[k] = pm_rng_uniform(&rng);
+        pm_vec3 from = {2 * u[0] - 1, 2 * u[1] - 1, 2 * u[2] - 1};
+        pm_ray ray = {from, pm_warp_sphere(u[3], u[4]), INFINITY, PM_NO_PRIMITIVE};
+        pm_hit hit;
+        met += pm_world_intersect(world, &ray, &hit);
+    }
+    return met ? RAYS / bench_since(start).cpu : 0;
+}
 
 static double peak_mib(void)
 {
@@ -153,6 +217,8 @@ static void run(const struct kind *kind, size_t count)
     kind->make(&text, count);
     pm_bundle *bundle = bench_need(pm_bundle_new());
     bench_check(pm_bundle_add(bundle, "scene.rad", text.data, text.size, &err), &err);
+    add_tree(bundle);
+    add_files(bundle, "place.rad", "void instance tree 1 tree.oct 0 0\n");
     double own = (double)text.size / 1048576;
     free(text.data);
     bench_time start = bench_now();
@@ -165,8 +231,9 @@ static void run(const struct kind *kind, size_t count)
     pm_world_info info;
     pm_world_info_get(world, &info);
     double all = bench_since(start).cpu;
-    printf("%-10s %9zu %8.3f %8.3f %8.3f %8.0f %8.0f %9zu %.8s\n", kind->name, count, parse,
-           all - parse, all, parsed, peak_mib() - own, info.octree_nodes, hash);
+    printf("%-10s %9zu %8.3f %8.3f %8.3f %8.0f %8.0f %9zu %.8s %8.3f\n", kind->name, count,
+           parse, all - parse, all, parsed, peak_mib() - own, info.octree_nodes, hash,
+           1e-6 * ray_rate(world));
     pm_world_free(world);
     pm_scene_free(scene);
     pm_bundle_free(bundle);
@@ -176,7 +243,7 @@ int main(int argc, char **argv)
 {
     size_t count = argc > 1 ? strtoul(argv[1], NULL, 10) : 1000000;
     bench_title("world: from text to a world with its hash");
-    printf("kind      primitives  parse s  world s    sum s  MiB then    after     nodes hash\n");
+    printf("kind      primitives  parse s  world s    sum s  MiB then    after     nodes hash     M rays/s\n");
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
         if (argc < 3 || !strcmp(argv[2], kinds[i].name))
             run(&kinds[i], count);
