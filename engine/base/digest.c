@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The calls below are old ones, which libcrypto keeps. The new ones look the algorithm up by its
- * name each time: a microsecond, and an octree has millions of small nodes. */
+/* The calls below are old ones, which libcrypto keeps. The new ones look the algorithm up by
+ * its name each time: a microsecond, and an octree has millions of small nodes. */
 #define OPENSSL_API_COMPAT 10100
 #include <openssl/sha.h>
 

@@ -1,9 +1,10 @@
 #include "base/triangulate.h"
 
-#include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "base/corner_tree.h"
 
 /* What makes a corner an ear. Each level is tried only when the one before finds nothing; a
  * polygon whose edges do not cross needs the first two. */
@@ -16,7 +17,7 @@ enum level {
     LEVELS
 };
 
-enum { MOST_FALLBACKS = 64 };
+enum { MOST_FALLBACKS = 4 };
 
 struct candidate {
     double key; /* squared length of the diagonal */
@@ -33,11 +34,7 @@ struct clipper {
     struct candidate *heap;
     size_t heap_count, heap_capacity;
 
-    /* reflex corners by cell: items[start[c] .. start[c + 1]) */
-    struct pm_point2 low;
-    double side, per_cell;
-    uint32_t columns, rows;
-    uint32_t *start, *items;
+    pm_corner_tree reflex_corners;
 
     struct pm_triangle *out;
     uint32_t made, fallbacks;
@@ -106,68 +103,22 @@ static struct candidate pop(struct clipper *s)
     return top;
 }
 
-/* ---- the grid of reflex corners ---- */
+/* ---- the reflex corners ---- */
 
-static uint32_t cell_index(double value, double low, double per_cell, uint32_t cells)
+static bool list_reflex(struct clipper *s)
 {
-    double i = (value - low) * per_cell;
-    if (!(i > 0))
-        return 0;
-    return i < cells ? (uint32_t)i : cells - 1;
-}
-
-static uint32_t cell_of(const struct clipper *s, struct pm_point2 p)
-{
-    return cell_index(p.y, s->low.y, s->per_cell, s->rows) * s->columns +
-           cell_index(p.x, s->low.x, s->per_cell, s->columns);
-}
-
-static uint32_t count_reflex(struct clipper *s, struct pm_point2 *high)
-{
-    uint32_t reflex = 0;
-    s->low = *high = s->point[0];
-    for (uint32_t i = 0; i < s->count; i++) {
-        s->low.x = fmin(s->low.x, s->point[i].x);
-        s->low.y = fmin(s->low.y, s->point[i].y);
-        high->x = fmax(high->x, s->point[i].x);
-        high->y = fmax(high->y, s->point[i].y);
-        s->reflex[i] = turn(s, i) <= 0;
-        reflex += s->reflex[i];
-    }
-    return reflex;
-}
-
-/* About one reflex corner a cell. */
-static void choose_cells(struct clipper *s, uint32_t reflex, struct pm_point2 high)
-{
-    enum { MOST = 2048 };
-    double width = high.x - s->low.x, height = high.y - s->low.y;
-    double side = fmax(sqrt(width * height / (reflex + 1.0)), fmax(width, height) / MOST);
-    s->side = side;
-    s->per_cell = side > 0 ? 1 / side : 0;
-    s->columns = (uint32_t)fmin(floor(width * s->per_cell) + 1, MOST);
-    s->rows = (uint32_t)fmin(floor(height * s->per_cell) + 1, MOST);
-}
-
-static bool build_grid(struct clipper *s)
-{
-    struct pm_point2 high;
-    uint32_t reflex = count_reflex(s, &high);
-    choose_cells(s, reflex, high);
-    size_t cells = (size_t)s->columns * s->rows;
-    s->start = calloc(cells + 2, sizeof *s->start);
-    s->items = malloc((reflex + 1) * sizeof *s->items);
-    if (!s->start || !s->items)
+    uint32_t *items = malloc(s->count * sizeof *items), reflex = 0;
+    if (!items)
         return false;
-    for (uint32_t i = 0; i < s->count; i++)
+    for (uint32_t i = 0; i < s->count; i++) {
+        s->reflex[i] = turn(s, i) <= 0;
         if (s->reflex[i])
-            s->start[cell_of(s, s->point[i]) + 2]++;
-    for (size_t c = 1; c <= cells; c++)
-        s->start[c + 1] += s->start[c];
-    for (uint32_t i = 0; i < s->count; i++)
-        if (s->reflex[i])
-            s->items[s->start[cell_of(s, s->point[i]) + 1]++] = i;
-    return true;
+            items[reflex++] = i;
+    }
+    pm_status status =
+        pm_corner_tree_init(&s->reflex_corners, s->point, s->count, items, reflex);
+    free(items);
+    return !status;
 }
 
 /* ---- ears ---- */
@@ -193,62 +144,26 @@ static bool blocks(const struct clipper *s, uint32_t p, const struct pm_point2 a
     return strict ? u > 0 && v > 0 && w > 0 : u >= 0 && v >= 0 && w >= 0;
 }
 
-static bool cell_blocks(const struct clipper *s, uint32_t cell, uint32_t b,
-                        const struct pm_point2 abc[3], bool strict)
+struct ear {
+    const struct clipper *clipper;
+    uint32_t corner;
+    struct pm_point2 abc[3];
+    bool strict;
+};
+
+static bool blocks_ear(const void *context, uint32_t p)
 {
-    for (uint32_t i = s->start[cell]; i < s->start[cell + 1]; i++) {
-        uint32_t p = s->items[i];
-        if (s->alive[p] && s->reflex[p] && p != b && p != s->prev[b] && p != s->next[b] &&
-            blocks(s, p, abc, strict))
-            return true;
-    }
-    return false;
+    const struct ear *ear = context;
+    const struct clipper *s = ear->clipper;
+    uint32_t b = ear->corner;
+    return p != b && p != s->prev[b] && p != s->next[b] && blocks(s, p, ear->abc, ear->strict);
 }
 
-/* Where the triangle lies between two heights; empty if it does not. */
-static void range_between(const struct pm_point2 abc[3], double bottom, double top, double *low,
-                          double *high)
-{
-    *low = INFINITY;
-    *high = -INFINITY;
-    for (int i = 0; i < 3; i++) {
-        struct pm_point2 p = abc[i], q = abc[(i + 1) % 3];
-        if (fmax(p.y, q.y) < bottom || fmin(p.y, q.y) > top)
-            continue;
-        double rise = q.y - p.y, at[2] = {p.x, q.x};
-        if (rise != 0) {
-            double start = fmin(fmax((bottom - p.y) / rise, 0), 1);
-            double end = fmin(fmax((top - p.y) / rise, 0), 1);
-            at[0] = p.x + start * (q.x - p.x);
-            at[1] = p.x + end * (q.x - p.x);
-        }
-        *low = fmin(*low, fmin(at[0], at[1]));
-        *high = fmax(*high, fmax(at[0], at[1]));
-    }
-}
-
-/* Looks only at the cells that the triangle meets: long thin ears aslant would meet few of
- * those in their bounds. */
 static bool is_blocked(const struct clipper *s, uint32_t b, bool strict)
 {
-    const struct pm_point2 abc[3] = {s->point[s->prev[b]], s->point[b], s->point[s->next[b]]};
-    const double margin = 1e-6; /* [cells], against rounding */
-    double lowest = fmin(abc[0].y, fmin(abc[1].y, abc[2].y));
-    double highest = fmax(abc[0].y, fmax(abc[1].y, abc[2].y));
-    uint32_t first = cell_index(lowest, s->low.y, s->per_cell, s->rows);
-    uint32_t last = cell_index(highest, s->low.y, s->per_cell, s->rows);
-    for (uint32_t row = first; row <= last; row++) {
-        double low, high, bottom = s->low.y + (row - margin) * s->side;
-        range_between(abc, bottom, bottom + (1 + 2 * margin) * s->side, &low, &high);
-        low -= margin * s->side;
-        high += margin * s->side;
-        uint32_t left = cell_index(low, s->low.x, s->per_cell, s->columns);
-        uint32_t right = cell_index(high, s->low.x, s->per_cell, s->columns);
-        for (uint32_t column = left; column <= right; column++)
-            if (cell_blocks(s, row * s->columns + column, b, abc, strict))
-                return true;
-    }
-    return false;
+    const struct ear ear = {
+        s, b, {s->point[s->prev[b]], s->point[b], s->point[s->next[b]]}, strict};
+    return pm_corner_tree_any(&s->reflex_corners, ear.abc, blocks_ear, &ear);
 }
 
 static bool is_ear(const struct clipper *s, uint32_t b, enum level level)
@@ -285,6 +200,8 @@ static bool renew(struct clipper *s, uint32_t b)
 {
     s->stamp[b]++;
     s->reflex[b] = s->reflex[b] && turn(s, b) <= 0;
+    if (!s->reflex[b])
+        pm_corner_tree_remove(&s->reflex_corners, b);
     return push(s, b);
 }
 
@@ -293,6 +210,7 @@ static bool cut(struct clipper *s, uint32_t b)
     uint32_t a = s->prev[b], c = s->next[b];
     emit(s, b);
     s->alive[b] = false;
+    pm_corner_tree_remove(&s->reflex_corners, b);
     s->next[a] = c;
     s->prev[c] = a;
     s->left--;
@@ -353,7 +271,7 @@ static bool clipper_init(struct clipper *s)
         s->next[i] = (i + 1) % s->count;
         s->alive[i] = true;
     }
-    return build_grid(s);
+    return list_reflex(s);
 }
 
 static void clipper_clear(struct clipper *s)
@@ -364,8 +282,7 @@ static void clipper_clear(struct clipper *s)
     free(s->alive);
     free(s->reflex);
     free(s->heap);
-    free(s->start);
-    free(s->items);
+    pm_corner_tree_clear(&s->reflex_corners);
 }
 
 /* Triangles and convex quads need no search. */

@@ -21,7 +21,7 @@ struct pm_triangle {
  * rounding would open beside collinear corners, unless two corners are equal inverted  out:
  * area of clockwise triangles. 0 (or rounding) if no edges cross; the triangles then cover the
  * inside exactly once, since they add up to the polygon's boundary and the winding number is 1
- * inside and 0 outside Ear clipping (Meisters 1975), shortest diagonal first, with a grid over
+ * inside and 0 outside Ear clipping (Meisters 1975), shortest diagonal first, with a tree over
  * the reflex corners (Held, "FIST", Algorithmica 30, 2001). Returns PM_OK or PM_E_MEMORY.
  * Tests: test_triangulate.c. */
 PM_MUST_USE pm_status pm_triangulate(const struct pm_point2 *points, uint32_t count,

@@ -164,8 +164,7 @@ static pm_status make_mesh(const struct maker *m, struct pm_body *b,
                            const pm_prototype *prototype)
 {
     const pm_mesh *mesh = prototype->mesh;
-    uint32_t *materials =
-        pm_arena_array(&m->world->arena, mesh->slot_count, sizeof *materials);
+    uint32_t *materials = pm_arena_array(&m->world->arena, mesh->slot_count, sizeof *materials);
     if (!materials)
         return no_memory(m);
     for (uint32_t i = 0; i < mesh->slot_count; i++)

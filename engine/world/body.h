@@ -43,9 +43,9 @@ struct pm_tally {
 };
 
 struct pm_body {
-    pm_vec3 center;   /* of the cube [its scene units] */
-    double scale;     /* half its edge [its scene units] */
-    double tolerance; /* rounding of its numbers, seen from here: closer is coincident */
+    pm_vec3 center;    /* of the cube [its scene units] */
+    double scale;      /* half its edge [its scene units] */
+    double tolerance;  /* rounding of its numbers, seen from here: closer is coincident */
     pm_vec3 low, high; /* bounds of its contents [its scene units] */
 
     uint32_t shape_count;
@@ -53,7 +53,7 @@ struct pm_body {
     uint32_t instance_count;
     struct pm_instance *instances; /* in digest order */
     const pm_digest *instance_digests;
-    struct pm_mesh_body mesh;      /* mesh.mesh is NULL in others */
+    struct pm_mesh_body mesh; /* mesh.mesh is NULL in others */
 
     uint32_t own_count; /* shapes or triangles */
     uint32_t count;     /* of surfaces, instances' included */
@@ -69,7 +69,7 @@ struct pm_place {
     const struct pm_body *body; /* that it belongs to */
     uint32_t base;              /* number of that body's first surface */
     uint32_t local;             /* number in it, less than body->own_count */
-    uint32_t material; /* that replaces its own, or PM_NO_PRIMITIVE */
+    uint32_t material;          /* that replaces its own, or PM_NO_PRIMITIVE */
 };
 
 void pm_place_find(const struct pm_body *main, uint32_t surface, struct pm_place *out);

@@ -309,8 +309,8 @@ static pm_status list(struct maker *m, size_t first, size_t end,
 static pm_status list_content(struct maker *m, size_t first, size_t end,
                               bool (*takes)(const pm_primitive *p), struct pm_content *out)
 {
-    pm_status status = list(m, first, end, takes, &out->surfaces, &out->digests,
-                            &out->surface_count);
+    pm_status status =
+        list(m, first, end, takes, &out->surfaces, &out->digests, &out->surface_count);
     return status ? status
                   : list(m, first, end, is_placed, &out->instances, &out->instance_digests,
                          &out->instance_count);
@@ -432,8 +432,7 @@ static bool maker_init(struct maker *m)
     m->bare = calloc(count + 1, sizeof *m->bare);
     m->full = calloc(count + 1, sizeof *m->full);
     m->heights = calloc(prototypes + 1, sizeof *m->heights);
-    m->out->prototypes =
-        pm_arena_array(&m->out->arena, prototypes, sizeof *m->out->prototypes);
+    m->out->prototypes = pm_arena_array(&m->out->arena, prototypes, sizeof *m->out->prototypes);
     m->out->order = pm_arena_array(&m->out->arena, prototypes, sizeof *m->out->order);
     return m->needed && m->listed && m->bare && m->full && m->heights && m->out->prototypes &&
            m->out->order;

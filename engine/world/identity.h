@@ -6,8 +6,8 @@
 
 /* What lies together: the main scene, or a prototype. Scene primitives, by digest. */
 struct pm_content {
-    uint32_t *surfaces; /* local ones; an octree's count if they cannot be seen, too: what places
-                           it may replace its materials */
+    uint32_t *surfaces; /* local ones; an octree's count if they cannot be seen, too: what
+                           places it may replace its materials */
     pm_digest *digests;
     size_t surface_count;
     uint32_t *instances; /* instances and meshes */

@@ -91,7 +91,8 @@ static bool are_twins(const struct pm_mesh_body *m, uint32_t a, uint32_t b)
 }
 
 /* Among triangles with equal keys, which are nearly always twins. */
-static bool group_run(const struct pm_mesh_body *m, pm_keyed *run, size_t count, uint32_t *group)
+static bool group_run(const struct pm_mesh_body *m, pm_keyed *run, size_t count,
+                      uint32_t *group)
 {
     bool any = false;
     qsort_r(run, count, sizeof *run, by_corners, (void *)m);
@@ -149,8 +150,8 @@ pm_status pm_mesh_body_make(struct pm_body *body, const pm_mesh *mesh,
     pm_vec3 *positions = pm_arena_array(arena, mesh->vertex_count, sizeof *positions);
     struct pm_mesh_body m = {.mesh = mesh, .positions = positions, .materials = materials};
     for (uint32_t i = 0; positions && i < mesh->vertex_count; i++)
-        positions[i] = pm_vec3_scale(pm_vec3_sub(mesh->positions[i], body->center),
-                                     1 / body->scale);
+        positions[i] =
+            pm_vec3_scale(pm_vec3_sub(mesh->positions[i], body->center), 1 / body->scale);
     if (!positions || !set_groups(&m, arena))
         return pm_error_set(err, PM_E_MEMORY, "no memory for a mesh of %u triangles",
                             mesh->triangle_count);
@@ -197,7 +198,7 @@ pm_vec3 pm_mesh_body_normal(const struct pm_mesh_body *m, uint32_t triangle)
 }
 
 void pm_mesh_body_bounds(const struct pm_mesh_body *m, uint32_t triangle, pm_vec3 *low,
-                    pm_vec3 *high)
+                         pm_vec3 *high)
 {
     pm_vec3 a = corner_of(m, triangle, 0), b = corner_of(m, triangle, 1);
     pm_vec3 c = corner_of(m, triangle, 2);
@@ -242,8 +243,7 @@ bool pm_probe_triangle(struct pm_probe *q, uint32_t triangle)
     double cosine = pm_vec3_dot(normal_of(p, flipped), q->direction);
     if (!pm_probe_wants(q, along, cosine))
         return false;
-    struct pm_ray_key key =
-        pm_ray_key_make(along, q->base + group, triangle, flipped, cosine);
+    struct pm_ray_key key = pm_ray_key_make(along, q->base + group, triangle, flipped, cosine);
     return pm_probe_offer(q, &key, triangle, PM_NO_PRIMITIVE);
 }
 
@@ -275,7 +275,7 @@ static pm_vec3 perturbation(const pm_mesh *mesh, const uint32_t corner[3], const
 }
 
 void pm_mesh_body_fill_hit(const struct pm_mesh_body *m, uint32_t triangle, pm_vec3 point,
-                      pm_hit *hit)
+                           pm_hit *hit)
 {
     const pm_mesh_triangle *t = &m->mesh->triangles[triangle];
     pm_vec3 p[3];

@@ -28,15 +28,16 @@ uint32_t pm_mesh_body_material(const struct pm_mesh_body *mesh, uint32_t triangl
 pm_vec3 pm_mesh_body_normal(const struct pm_mesh_body *mesh, uint32_t triangle);
 
 void pm_mesh_body_bounds(const struct pm_mesh_body *mesh, uint32_t triangle, pm_vec3 *low,
-                    pm_vec3 *high);
+                         pm_vec3 *high);
 
-/* The exact test, watertight as that of pieces.h is. True if the triangle is the best so far. */
+/* The exact test, watertight as that of pieces.h is. True if the triangle is the best so far.
+ */
 bool pm_probe_triangle(struct pm_probe *probe, uint32_t triangle);
 
 /* Point, normal, coordinates and perturbation at the point of the triangle's plane that is
- * nearest to `point`, in the body's coordinates, as Radiance's o_mesh.c has them: weights of the
- * corners by area; normals and coordinates that the three corners do not all have are 0. */
+ * nearest to `point`, in the body's coordinates, as Radiance's o_mesh.c has them: weights of
+ * the corners by area; normals and coordinates that the three corners do not all have are 0. */
 void pm_mesh_body_fill_hit(const struct pm_mesh_body *mesh, uint32_t triangle, pm_vec3 point,
-                      pm_hit *hit);
+                           pm_hit *hit);
 
 #endif

@@ -13,7 +13,8 @@ enum { LEAF_SURFACES = 16, MAX_DEPTH = 14, MOST_ENTRIES = 1024 };
 /* What a cell may hold, in an order that keeps neighbours in space together. */
 struct item {
     pm_vec3 low, high;
-    uint32_t number; /* of a shape of the main scene, or of an instance, counted on from those */
+    uint32_t
+        number; /* of a shape of the main scene, or of an instance, counted on from those */
 };
 
 /* Of an item in a set: the children of the set's cell that its bounds meet, a bit each; and

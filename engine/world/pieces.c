@@ -22,8 +22,8 @@ static bool is_planar(const struct pm_body *body, const struct pm_shape *s)
 
 /* Whether triangle i can go with the next one; the shared edge is that from corner *first of i,
  * and corner *other of the next is not on it. */
-static bool pairs_up(const struct pm_body *body, const struct pm_shape *s, uint32_t i, int *first,
-                     int *other)
+static bool pairs_up(const struct pm_body *body, const struct pm_shape *s, uint32_t i,
+                     int *first, int *other)
 {
     if (i + 1 >= s->triangle_count || !is_planar(body, s))
         return false;
@@ -80,7 +80,8 @@ static void set_own_plane(struct pm_piece *p, pm_vec3 a, pm_vec3 b, pm_vec3 c)
     p->offset = pm_vec3_dot(p->normal, a);
 }
 
-static void make_piece(const struct pm_body *body, const struct place *place, struct pm_piece *p)
+static void make_piece(const struct pm_body *body, const struct place *place,
+                       struct pm_piece *p)
 {
     const struct pm_shape *s = &body->shapes[place->shape];
     const uint32_t *a = s->triangles[place->triangle].corner;
@@ -155,9 +156,11 @@ static bool passes_through(const struct pm_piece *p, const struct pm_probe *q)
         y[i] = (py[i] - oy) - q->shear[1] * z;
     }
     double diagonal = pm_edge(x[2], y[2], x[0], y[0]);
-    if (pm_edges_agree(pm_edge(x[0], y[0], x[1], y[1]), pm_edge(x[1], y[1], x[2], y[2]), diagonal))
+    if (pm_edges_agree(pm_edge(x[0], y[0], x[1], y[1]), pm_edge(x[1], y[1], x[2], y[2]),
+                       diagonal))
         return true;
-    return pm_edges_agree(pm_edge(x[2], y[2], x[3], y[3]), pm_edge(x[3], y[3], x[0], y[0]), -diagonal);
+    return pm_edges_agree(pm_edge(x[2], y[2], x[3], y[3]), pm_edge(x[3], y[3], x[0], y[0]),
+                          -diagonal);
 }
 
 /* Along a plane the quotient of two roundings can be anything; the hit still lies within the
@@ -190,7 +193,7 @@ bool pm_probe_piece(struct pm_probe *q, const struct pm_pieces *pieces, uint32_t
     if (!pm_probe_wants(q, along, cosine) || !passes_through(p, q) ||
         !pm_probe_sees(q, owner->material))
         return false;
-    struct pm_ray_key key = pm_ray_key_make(along, q->base + owner->group, owner->layer,
-                                            owner->flipped, cosine);
+    struct pm_ray_key key =
+        pm_ray_key_make(along, q->base + owner->group, owner->layer, owner->flipped, cosine);
     return pm_probe_offer(q, &key, owner->shape, index);
 }

@@ -135,8 +135,7 @@ bool pm_probe_enter(struct pm_probe *inner, const struct pm_probe *outer,
     *inner = *outer;
     inner->body = instance->body;
     inner->origin = pm_instance_point_in(instance, outer->origin);
-    inner->direction =
-        pm_vec3_normalize(pm_instance_direction_in(instance, outer->direction));
+    inner->direction = pm_vec3_normalize(pm_instance_direction_in(instance, outer->direction));
     inner->entry = outer->entry / instance->unit;
     inner->unit = outer->unit * instance->unit;
     inner->base = outer->base + instance->first;

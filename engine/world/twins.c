@@ -163,9 +163,9 @@ enum { PARAMETERS = 10 };
 /* Zeros without a sign, so that equal numbers have equal bits. */
 static void list_parameters(const struct pm_shape *s, double out[PARAMETERS])
 {
-    const double p[PARAMETERS] = {pm_shape_is_ball(s), s->center.x, s->center.y, s->center.z,
-                                  s->axis.x,           s->axis.y,   s->axis.z,   s->r0,
-                                  s->r1,               s->height};
+    const double p[PARAMETERS] = {
+        pm_shape_is_ball(s), s->center.x, s->center.y, s->center.z, s->axis.x,
+        s->axis.y,           s->axis.z,   s->r0,       s->r1,       s->height};
     for (int i = 0; i < PARAMETERS; i++)
         out[i] = p[i] + 0.0;
 }

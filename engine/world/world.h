@@ -36,11 +36,11 @@ void pm_world_free(pm_world *world);
 pm_digest pm_world_hash(const pm_world *world);
 
 typedef struct pm_world_info {
-    pm_vec3 center;           /* of the octree cube [scene units] */
-    double scale;             /* half its edge [scene units]; a power of two */
-    pm_vec3 low, high;        /* bounds of the local surfaces [scene units]; of instances, boxes */
-    size_t surfaces;          /* local ones, those of instances as often as they are placed */
-    size_t lights;            /* surfaces and distant sources that emit */
+    pm_vec3 center;    /* of the octree cube [scene units] */
+    double scale;      /* half its edge [scene units]; a power of two */
+    pm_vec3 low, high; /* bounds of the local surfaces [scene units]; of instances, boxes */
+    size_t surfaces;   /* local ones, those of instances as often as they are placed */
+    size_t lights;     /* surfaces and distant sources that emit */
     size_t specular_surfaces; /* whose material can reflect or refract specularly or glossily */
     size_t diffuse_surfaces;  /* whose material has a diffuse part */
     size_t mist_surfaces;

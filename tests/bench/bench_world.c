@@ -176,9 +176,11 @@ static void forest(struct text *t, size_t count)
 static const struct kind {
     const char *name;
     void (*make)(struct text *t, size_t count);
-} kinds[] = {
-    {"mixed", mixed}, {"triangles", triangles}, {"boxes", boxes}, {"round", rounds},
-    {"forest", forest}};
+} kinds[] = {{"mixed", mixed},
+             {"triangles", triangles},
+             {"boxes", boxes},
+             {"round", rounds},
+             {"forest", forest}};
 
 /* Random rays per CPU second. */
 static double ray_rate(const pm_world *world)
@@ -243,7 +245,8 @@ int main(int argc, char **argv)
 {
     size_t count = argc > 1 ? strtoul(argv[1], NULL, 10) : 1000000;
     bench_title("world: from text to a world with its hash");
-    printf("kind      primitives  parse s  world s    sum s  MiB then    after     nodes hash     M rays/s\n");
+    printf("kind      primitives  parse s  world s    sum s  MiB then    after     nodes hash  "
+           "   M rays/s\n");
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
         if (argc < 3 || !strcmp(argv[2], kinds[i].name))
             run(&kinds[i], count);

@@ -32,7 +32,7 @@ static void check(size_t count, int bits, int shift)
 static void sorts_stably_whatever_the_bits(void **state)
 {
     (void)state;
-    static const size_t counts[] = {0, 1, 2, 31, 32, 33, 1000, 100000};
+    static const size_t counts[] = {0, 1, 2, 15, 16, 17, 33, 100, 4095, 4097, 100000};
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
         check(counts[i], 64, 0);
         check(counts[i], 3, 0);
@@ -46,7 +46,7 @@ static void an_even_number_of_passes_and_an_odd_one_end_in_place(void **state)
 {
     (void)state;
     for (int bits = 1; bits < 64; bits += 11)
-        check(500, bits, 0);
+        check(5000, bits, 0);
 }
 
 int main(void)

@@ -179,6 +179,57 @@ static void combs_of_a_hundred_thousand_corners_are_covered(void **state)
     free(p);
 }
 
+/* Needles a thousand times as long as the comb is wide: corners lie in two tight clusters. */
+static void needles_between_two_clusters_are_covered(void **state)
+{
+    (void)state;
+    enum { COUNT = 99999 };
+    struct pm_point2 *p = malloc(COUNT * sizeof *p);
+    p[0] = (struct pm_point2){0, -1};
+    p[1] = (struct pm_point2){1, -1};
+    for (int i = 0; i < COUNT - 2; i++) {
+        double x = 1 - (double)i / (COUNT - 3), up = i % 2 ? 1000 : 0;
+        p[i + 2] = (struct pm_point2){x + up, up};
+    }
+    assert_covers(p, COUNT, 1e-7);
+    free(p);
+}
+
+/* Thirty thousand square holes in rows, a row on one seam. */
+static void a_sieve_is_covered(void **state)
+{
+    (void)state;
+    enum { SIDE = 170, COUNT = 4 + SIDE * (8 * SIDE + 2) };
+    struct pm_point2 *p = malloc(COUNT * sizeof *p);
+    const double c = 1. / SIDE;
+    int n = 0;
+    p[n++] = (struct pm_point2){0, 0};
+    p[n++] = (struct pm_point2){1, 0};
+    p[n++] = (struct pm_point2){1, 1};
+    p[n++] = (struct pm_point2){0, 1};
+    for (int row = SIDE - 1; row >= 0; row--) {
+        double y = (row + .5) * c;
+        p[n++] = (struct pm_point2){0, y};
+        for (int j = 0; j < SIDE; j++) { /* there, over the holes */
+            p[n++] = (struct pm_point2){(j + .25) * c, y};
+            p[n++] = (struct pm_point2){(j + .25) * c, y + .25 * c};
+            p[n++] = (struct pm_point2){(j + .75) * c, y + .25 * c};
+            p[n++] = (struct pm_point2){(j + .75) * c, y};
+        }
+        for (int j = SIDE - 1; j >= 0; j--) { /* and back, below them */
+            p[n++] = (struct pm_point2){(j + .75) * c, y};
+            p[n++] = (struct pm_point2){(j + .75) * c, y - .25 * c};
+            p[n++] = (struct pm_point2){(j + .25) * c, y - .25 * c};
+            p[n++] = (struct pm_point2){(j + .25) * c, y};
+        }
+        p[n++] = (struct pm_point2){0, y};
+    }
+    assert_int_equal(n, COUNT);
+    assert_near(shoelace(p, COUNT), .75, 1e-10);
+    assert_covers(p, COUNT, 1e-10);
+    free(p);
+}
+
 static void crossing_edges_are_reported(void **state)
 {
     (void)state;
@@ -213,6 +264,8 @@ int main(void)
         cmocka_unit_test(random_holes_are_left_out),
         cmocka_unit_test(a_hundred_thousand_corners_are_covered),
         cmocka_unit_test(combs_of_a_hundred_thousand_corners_are_covered),
+        cmocka_unit_test(needles_between_two_clusters_are_covered),
+        cmocka_unit_test(a_sieve_is_covered),
         cmocka_unit_test(crossing_edges_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -6,8 +6,8 @@
 #include <cmocka.h>
 
 #include "compile.h"
-#include "files/octree_file.h"
 #include "numbers.h"
+#include "octrees.h"
 #include "world/body.h"
 #include "world/light.h"
 #include "world/material.h"
@@ -18,54 +18,6 @@
  * one by one. */
 
 #define GREY "void plastic grey 0 0 5 .5 .5 .5 0 0\n"
-
-/* ---- scenes of several files ---- */
-
-struct file {
-    const char *name, *text;
-};
-
-static pm_scene *parsed(const pm_bundle *bundle, const char *name)
-{
-    pm_error err = PM_ERROR_INIT;
-    pm_scene *scene = NULL;
-    if (pm_scene_parse(bundle, name, NULL, &scene, &err))
-        fail_msg("%s:%d:%d: %s", err.file, err.line, err.column, err.text);
-    return scene;
-}
-
-/* An octree file that names a scene file, as oconv without -f writes it. */
-static void add_octree(pm_bundle *bundle, const char *name, const char *file)
-{
-    pm_scene *scene = parsed(bundle, file);
-    const pm_octree_file head = {
-        .size = 1, .files = &file, .file_count = 1, .objects = scene->main_count};
-    pm_bytes bytes = {0};
-    pm_scene_free(scene);
-    pm_octree_file_start(&head, "oconv", &bytes);
-    pm_bytes_u8(&bytes, PM_NODE_EMPTY);
-    assert_int_equal(pm_bundle_add(bundle, name, bytes.data, bytes.size, NULL), PM_OK);
-    pm_bytes_clear(&bytes);
-}
-
-/* main.rad, and for each other file X.rad an octree X.oct. */
-static pm_scene *scene_of_files(const char *main, const struct file *files, size_t count)
-{
-    pm_bundle *bundle = pm_bundle_new();
-    assert_int_equal(pm_bundle_add(bundle, "main.rad", main, strlen(main), NULL), PM_OK);
-    for (size_t i = 0; i < count; i++) {
-        char name[64];
-        snprintf(name, sizeof name, "%s.rad", files[i].name);
-        assert_int_equal(pm_bundle_add(bundle, name, files[i].text, strlen(files[i].text), NULL),
-                         PM_OK);
-        char octree[64];
-        snprintf(octree, sizeof octree, "%s.oct", files[i].name);
-        add_octree(bundle, octree, name);
-    }
-    pm_scene *scene = parsed(bundle, "main.rad");
-    pm_bundle_free(bundle);
-    return scene;
-}
 
 static pm_world *world_of_files(const char *main, const struct file *files, size_t count)
 {
@@ -193,7 +145,8 @@ static void a_small_instance_in_a_large_scene_is_met(void **state)
         draw(&rng, u, 4);
         pm_vec3 from = pm_warp_sphere(u[0], u[1]), at = pm_warp_sphere(u[2], u[3]);
         at = pm_vec3_madd(center, .99 * radius, at);
-        pm_ray ray = {from, pm_vec3_normalize(pm_vec3_sub(at, from)), INFINITY, PM_NO_PRIMITIVE};
+        pm_ray ray = {from, pm_vec3_normalize(pm_vec3_sub(at, from)), INFINITY,
+                      PM_NO_PRIMITIVE};
         pm_hit hit;
         assert_true(pm_world_intersect(world, &ray, &hit));
         if (hit.surface == 0) /* the floor is before it */
@@ -209,21 +162,23 @@ static void instances_nest(void **state)
 {
     (void)state;
     const struct file files[] = {
-        {"leaf", GREY "grey polygon a 0 0 9 0 0 0 1 .1 0 .2 1 .3\ngrey sphere b 0 0 4 1 1 1 .2\n"},
+        {"leaf",
+         GREY "grey polygon a 0 0 9 0 0 0 1 .1 0 .2 1 .3\ngrey sphere b 0 0 4 1 1 1 .2\n"},
         {"twig", GREY "void instance x 5 leaf.oct -t 1 0 0 0 0\n"
                       "void instance y 4 leaf.oct -rz 40 -mx 0 0\n"
                       "grey sphere c 0 0 4 0 0 -.5 .3\n"},
-        {"tree", "void instance x 5 twig.oct -t 2 0 1 0 0\nvoid instance y 4 twig.oct -s .5 -my "
-                 "0 0\nvoid instance z 3 leaf.oct -ry 20 0 0\n"}};
+        {"tree",
+         "void instance x 5 twig.oct -t 2 0 1 0 0\nvoid instance y 4 twig.oct -s .5 -my "
+         "0 0\nvoid instance z 3 leaf.oct -ry 20 0 0\n"}};
     struct text main = {0};
     pm_world *a = world_of_files("void instance t 5 tree.oct -rx 20 -s 3 0 0\n", files, 3);
-    add(&main, GREY
-        "!xform -t 1 0 0 -t 2 0 1 -rx 20 -s 3 leaf.rad\n"
-        "!xform -rz 40 -mx -t 2 0 1 -rx 20 -s 3 leaf.rad\n"
-        "!xform -t 1 0 0 -s .5 -my -rx 20 -s 3 leaf.rad\n"
-        "!xform -rz 40 -mx -s .5 -my -rx 20 -s 3 leaf.rad\n"
-        "!xform -ry 20 -rx 20 -s 3 leaf.rad\n"
-        "!xform -t 2 0 1 -rx 20 -s 3 ball.rad\n!xform -s .5 -my -rx 20 -s 3 ball.rad\n");
+    add(&main,
+        GREY "!xform -t 1 0 0 -t 2 0 1 -rx 20 -s 3 leaf.rad\n"
+             "!xform -rz 40 -mx -t 2 0 1 -rx 20 -s 3 leaf.rad\n"
+             "!xform -t 1 0 0 -s .5 -my -rx 20 -s 3 leaf.rad\n"
+             "!xform -rz 40 -mx -s .5 -my -rx 20 -s 3 leaf.rad\n"
+             "!xform -ry 20 -rx 20 -s 3 leaf.rad\n"
+             "!xform -t 2 0 1 -rx 20 -s 3 ball.rad\n!xform -s .5 -my -rx 20 -s 3 ball.rad\n");
     const struct file flat[] = {files[0], {"ball", GREY "grey sphere c 0 0 4 0 0 -.5 .3\n"}};
     pm_world *b = world_of_files(main.data, flat, 2);
     assert_int_equal(a->main->count, 12);
@@ -265,7 +220,8 @@ static pm_world *row_of_boxes(void)
 {
     const struct file files[] = {
         {"box", BOX},
-        {"pair", "void instance x 1 box.oct 0 0\nvoid instance y 7 box.oct -rz 30 -t 1 0 0 0 0\n"}};
+        {"pair",
+         "void instance x 1 box.oct 0 0\nvoid instance y 7 box.oct -rz 30 -t 1 0 0 0 0\n"}};
     return world_of_files(GREY "!xform -a 20 -t 1.5 .1 0 -rx 1 place.rad\n"
                                "void instance p 1 box.oct 0 0\nvoid instance q 1 box.oct 0 0\n"
                                "grey sphere s 0 0 4 12 0 0 2\n",
@@ -400,9 +356,9 @@ static void instances_do_not_shine_but_are_seen(void **state)
     assert_near(pm_light_pdf_surface(world, up, pm_vec3_negate(up), &hit), 0, 0);
     pm_world_free(world);
 
-    pm_scene *scene =
-        scene_of_files("void light l 0 0 3 1 2 3\nl instance i 1 tree.oct 0 0\n",
-                       (const struct file[]){{"tree", GREY "grey sphere s 0 0 4 0 0 0 1\n"}}, 1);
+    pm_scene *scene = scene_of_files(
+        "void light l 0 0 3 1 2 3\nl instance i 1 tree.oct 0 0\n",
+        (const struct file[]){{"tree", GREY "grey sphere s 0 0 4 0 0 0 1\n"}}, 1);
     assert_int_equal(pm_world_compile(scene, &world, &err), PM_E_UNSUPPORTED);
     assert_int_equal(err.line, 2);
     assert_non_null(strstr(err.text, "has a light as its modifier"));
@@ -528,7 +484,8 @@ static void digests_cover_contents_transform_and_modifier(void **state)
     (void)state;
     const char *main = "void instance i 5 tree.oct -t 1 2 3 0 0\n";
     const char *tree = GREY "grey sphere s 0 0 4 0 0 0 1\ngrey sphere t 0 0 4 3 0 0 1\n";
-    assert_hashes(true, main, tree, "# other names\nvoid instance j 5 x.oct -t 1 2 3 0 0\n", "x",
+    assert_hashes(true, main, tree, "# other names\nvoid instance j 5 x.oct -t 1 2 3 0 0\n",
+                  "x",
                   "void plastic q 0 0 5 .5 .5 .5 0 0\nq sphere u 0 0 4 3 0 0 1\n"
                   "q sphere v 0 0 4 0 0 0 1\n");
     assert_hashes(false, main, tree, "void instance i 5 tree.oct -t 1 2 4 0 0\n", "tree", tree);

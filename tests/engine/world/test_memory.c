@@ -6,6 +6,7 @@
 #include <cmocka.h>
 
 #include "compile.h"
+#include "octrees.h"
 
 /* Linked with --wrap: the allocation with number `failing` (from 0) fails, all others work. */
 static long allocations, failing = -1;
@@ -57,11 +58,8 @@ static char *make_text(void)
 }
 
 /* Nothing may be left behind either: the sanitizers watch. */
-static void every_failed_allocation_is_reported(void **state)
+static void fail_each(const pm_scene *scene)
 {
-    (void)state;
-    char *text = make_text();
-    pm_scene *scene = scene_of(text);
     pm_status st = PM_E_MEMORY;
     for (failing = 0; st; failing++) {
         pm_error err = PM_ERROR_INIT;
@@ -80,14 +78,42 @@ static void every_failed_allocation_is_reported(void **state)
     }
     assert_in_range(failing, 20, 1000);
     failing = -1;
+}
+
+static void every_failed_allocation_is_reported(void **state)
+{
+    (void)state;
+    char *text = make_text();
+    pm_scene *scene = scene_of(text);
+    fail_each(scene);
     pm_scene_free(scene);
     free(text);
+}
+
+/* The mesh is two-sided. */
+static void also_in_instances_and_meshes(void **state)
+{
+    (void)state;
+    const struct file files[] = {
+        {"m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvn 0 .1 1\nvt 0 0\nvt 1 0\n"
+                  "usemtl red\nf 1/1/1 2/2/2 3/1/1\nf 3 2 1\n"},
+        {"leaf", "void plastic green 0 0 5 .1 .5 .1 0 0\ngreen sphere s 0 0 4 0 0 0 1\n"
+                 "green polygon p 0 0 15 0 0 0 4 0 0 1 1 0 1 4 0 0 4 0\n"},
+        {"tree", "void instance a 1 leaf.oct 0 0\nvoid instance b 5 leaf.oct -t 3 0 0 0 0\n"}};
+    pm_scene *scene = scene_of_files("void plastic red 0 0 5 .5 .1 .1 0 0\n"
+                                     "void mesh m 1 m.obj 0 0\nvoid instance t 1 tree.oct 0 0\n"
+                                     "red instance u 3 tree.oct -rx 20 0 0\n"
+                                     "red sphere s 0 0 4 9 9 9 1\n",
+                                     files, 3);
+    fail_each(scene);
+    pm_scene_free(scene);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_failed_allocation_is_reported),
+        cmocka_unit_test(also_in_instances_and_meshes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

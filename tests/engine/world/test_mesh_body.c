@@ -184,7 +184,8 @@ static void sides_of_one_triangle_are_met_in_order(void **state)
         draw(&rng, u, 5);
         pm_vec3 from = pm_warp_sphere(u[0], u[1]);
         pm_vec3 to = {u[2] - .5, u[3] - .5, u[4] - .5};
-        pm_ray ray = {from, pm_vec3_normalize(pm_vec3_sub(to, from)), INFINITY, PM_NO_PRIMITIVE};
+        pm_ray ray = {from, pm_vec3_normalize(pm_vec3_sub(to, from)), INFINITY,
+                      PM_NO_PRIMITIVE};
         struct pm_ray_walk walk = {.started = false};
         pm_hit first, second, third;
         if (!pm_rays_next(world, &ray, &walk, &first))
@@ -247,10 +248,10 @@ static void slots_and_modifiers_say_what_is_seen(void **state)
                       "f 1 2 3\nusemtl red\nf 4 5 6\n";
     pm_hit hit;
     for (int k = 0; k < 2; k++) {
-        pm_world *world =
-            world_of_mesh(k ? GREY "void plastic red 0 0 5 .9 0 0 0 0\ngrey mesh m 1 m.obj 0 0\n"
-                            : GREY "void plastic red 0 0 5 .9 0 0 0 0\nvoid mesh m 1 m.obj 0 0\n",
-                          obj);
+        pm_world *world = world_of_mesh(
+            k ? GREY "void plastic red 0 0 5 .9 0 0 0 0\ngrey mesh m 1 m.obj 0 0\n"
+              : GREY "void plastic red 0 0 5 .9 0 0 0 0\nvoid mesh m 1 m.obj 0 0\n",
+            obj);
         pm_vec3 from = pm_world_from_scene(world, pm_vec3_make(.2, .2, -3));
         pm_ray ray = {from, {0, 0, 1}, INFINITY, PM_NO_PRIMITIVE};
         assert_true(pm_world_intersect(world, &ray, &hit));

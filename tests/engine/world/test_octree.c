@@ -172,8 +172,8 @@ static void cubes_with_more_than_sixteen_surfaces_are_cut(void **state)
     free(t.data);
 }
 
-/* Twenty coincident polygons can never be parted, and a hundred that cross each other hardly. Each
- * cut adds eight nodes and 17 entries at least, of 1024 for each surface. */
+/* Twenty coincident polygons can never be parted, and a hundred that cross each other hardly.
+ * Each cut adds eight nodes and 17 entries at least, of 1024 for each surface. */
 static void surfaces_that_cannot_be_parted_do_not_cut_for_ever(void **state)
 {
     (void)state;

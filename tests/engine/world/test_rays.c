@@ -8,8 +8,8 @@
 #include "../world_text.h"
 #include "compile.h"
 #include "numbers.h"
-#include "world/pieces.h"
 #include "world/body.h"
+#include "world/pieces.h"
 #include "world/rays.h"
 
 #define GREY "void plastic grey 0 0 5 .5 .5 .5 0 0\n"
