@@ -6,6 +6,7 @@
 #include "base/maths.h"
 #include "base/warp.h"
 #include "world/media.h"
+#include "world/shading.h"
 
 /* Stands for an infinite extinction: black after any length, and 0 * length = 0. */
 #define BLACK_EXTINCTION 1e300
@@ -333,6 +334,33 @@ static pm_status check_material(const struct compiler *c, const pm_primitive *p,
     return PM_OK;
 }
 
+/* Patterns scale what a dielectric or an interface lets through a unit length, and a mist's
+ * extinction (Radiance's dielectric.c, m_mist.c). There they count where a ray leaves or enters
+ * the medium; here a medium is alike everywhere. */
+static pm_status fold_patterns(const struct compiler *c, const pm_primitive *p,
+                               struct pm_material *m)
+{
+    bool mist = m->type == PM_MIST;
+    pm_rgb color;
+    if (!m->textures || (!mist && m->type != PM_DIELECTRIC && m->type != PM_INTERFACE))
+        return PM_OK;
+    if (!pm_textures_constant_color(c->world, m, &color))
+        return refuse(
+            c, p,
+            "has a pattern that varies; what it fills is alike everywhere, so give it "
+            "patterns without coordinates");
+    color = (pm_rgb){fmax(color.r, 0), fmax(color.g, 0), fmax(color.b, 0)};
+    if (mist) {
+        m->extinction = pm_rgb_mul(m->extinction, color);
+        m->scattering = pm_rgb_mul(m->scattering, color);
+        return PM_OK;
+    }
+    pm_rgb passed = pm_rgb_mul(rgb_of(p->reals), color);
+    m->extinction =
+        extinction_from((const double[]){passed.r, passed.g, passed.b}, c->world->scale);
+    return PM_OK;
+}
+
 /* `top` is where the material's chain starts. */
 static pm_status compile_material(const struct compiler *c, uint32_t top, struct pm_material *m)
 {
@@ -343,7 +371,9 @@ static pm_status compile_material(const struct compiler *c, uint32_t top, struct
         status = make_modifier(c, p, &m->modifier);
     if (!status)
         status = compile_references(c, p, m);
-    return status ? status : compile_textures(c, (int32_t)top, &m->textures);
+    if (!status)
+        status = compile_textures(c, (int32_t)top, &m->textures);
+    return status ? status : fold_patterns(c, p, m);
 }
 
 /* A cone of directions at infinity, each of them again a cone: nobody can mean that. */

@@ -58,6 +58,11 @@ void pm_shading_init_far(struct pm_shading *shading, const pm_world *world, pm_h
 /* Applies the material's textures and patterns. Tests: test_texture.c. */
 void pm_textures_apply(const struct pm_material *material, struct pm_shading *shading);
 
+/* The product of the material's patterns if they are the same everywhere; false if one may vary.
+ * For media, which absorb alike everywhere. */
+bool pm_textures_constant_color(const pm_world *world, const struct pm_material *material,
+                                pm_rgb *color);
+
 /* The share of the foreground of a mixture of materials, 0..1; false if its function met a
  * fault: then the mixture is not there, as in Radiance, and light passes straight. */
 bool pm_mixture_share(const struct pm_material *mixture, struct pm_shading *shading,

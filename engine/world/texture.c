@@ -349,3 +349,57 @@ void pm_textures_apply(const struct pm_material *material, struct pm_shading *s)
 {
     apply_list(material->textures, s);
 }
+
+/* ---- patterns that are the same everywhere ---- */
+
+static bool uses_nothing(const pm_world *world, pm_function function)
+{
+    return function == PM_NO_FUNCTION ||
+           !pm_function_uses(pm_assets_language(world->assets), function);
+}
+
+static bool is_constant(const pm_world *world, const struct pm_modifier *m)
+{
+    return !m->ink && uses_nothing(world, m->expressions) && uses_nothing(world, m->functions);
+}
+
+static bool is_texture(pm_primitive_type type)
+{
+    return type == PM_TEXFUNC || type == PM_TEXDATA;
+}
+
+/* Whether it can change the colour. Recursion, into mixtures, is bounded by PM_MODIFIERS_MAX.
+ */
+static bool is_pattern(const struct pm_texture *texture)
+{
+    if (!pm_primitive_is_mixture(texture->modifier.type))
+        return !is_texture(texture->modifier.type);
+    for (int i = 0; i < 2; i++)
+        for (const struct pm_texture *t = texture->components[i]; t; t = t->next)
+            if (is_pattern(t))
+                return true;
+    return false;
+}
+
+static bool is_list_constant(const pm_world *world, const struct pm_texture *t)
+{
+    for (; t; t = t->next)
+        if (is_pattern(t) &&
+            !(is_constant(world, &t->modifier) && is_list_constant(world, t->components[0]) &&
+              is_list_constant(world, t->components[1])))
+            return false;
+    return true;
+}
+
+bool pm_textures_constant_color(const pm_world *world, const struct pm_material *material,
+                                pm_rgb *color)
+{
+    if (!is_list_constant(world, material->textures))
+        return false;
+    pm_hit hit;
+    struct pm_shading shading;
+    pm_shading_init_far(&shading, world, &hit, (pm_vec3){0, 0, 1});
+    pm_textures_apply(material, &shading);
+    *color = shading.color;
+    return true;
+}

@@ -364,6 +364,48 @@ static void patterns_do_not_make_energy(void **state)
     pm_world_free(world);
 }
 
+/* The first material of a scene whose surface has it. */
+static const struct pm_material *only_material(const pm_world *world)
+{
+    assert_int_equal(world->material_count, 1);
+    return &world->materials[0];
+}
+
+/* A pattern multiplies what a medium lets through, or a mist's extinction. */
+static void media_take_constant_patterns(void **state)
+{
+    (void)state;
+    static const char *const pairs[][2] = {
+        {"void brightfunc q 2 .5 . 0 0\nq dielectric p 0 0 5 .8 .6 .4 1.5 0\n",
+         "void dielectric p 0 0 5 .4 .3 .2 1.5 0\n"},
+        {"void brightfunc q 2 sqrt(4) . 0 0\nq mist p 0 0 7 .1 .2 .3 .5 .5 .5 0\n",
+         "void mist p 0 0 7 .2 .4 .6 .5 .5 .5 0\n"},
+        {"void brightfunc a 2 2 . 0 0\nvoid texfunc b 4 Px 0 0 . 0 0\n"
+         "void mixfunc q 4 a b .25 . 0 0\nq interface p 0 0 8 .4 .4 .4 1.5 1 1 1 1\n",
+         "void interface p 0 0 8 .5 .5 .5 1.5 1 1 1 1\n"},
+    };
+    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
+        pm_world *world[2];
+        for (int k = 0; k < 2; k++) {
+            pm_error err = PM_ERROR_INIT;
+            struct text text = {0};
+            add(&text, "%sp sphere s 0 0 4 0 0 0 1\n", pairs[i][k]);
+            if (compile_with_files(text.data, &world[k], &err))
+                fail_msg("%s", err.text);
+            free(text.data);
+        }
+        const struct pm_material *m = only_material(world[0]), *n = only_material(world[1]);
+        const double is[6] = {m->extinction.r, m->extinction.g, m->extinction.b,
+                              m->scattering.r, m->scattering.g, m->scattering.b};
+        const double want[6] = {n->extinction.r, n->extinction.g, n->extinction.b,
+                                n->scattering.r, n->scattering.g, n->scattering.b};
+        for (int k = 0; k < 6; k++)
+            assert_true(fabs(is[k] - want[k]) <= 1e-12 * fabs(want[k]));
+        pm_world_free(world[0]);
+        pm_world_free(world[1]);
+    }
+}
+
 static void refuses(const char *patterns, const char *message)
 {
     pm_error err = PM_ERROR_INIT;
@@ -403,9 +445,23 @@ static void meshes_bring_coordinates_and_normals(void **state)
     }
 }
 
+static void refuses_scene(const char *scene, const char *message)
+{
+    pm_error err = PM_ERROR_INIT;
+    pm_world *world = NULL;
+    char said[1200];
+    assert_true(compile_with_files(scene, &world, &err));
+    pm_error_format(&err, said, sizeof said);
+    assert_string_equal(said, message);
+}
+
 static void what_cannot_be_evaluated_is_refused(void **state)
 {
     (void)state;
+    refuses_scene("void brightfunc q 2 Px . 0 0\nq mist p 0 0 3 .1 .1 .1\n"
+                  "p sphere s 0 0 4 0 0 0 1\n",
+                  "test.rad:2:3: mist 'p' has a pattern that varies; what it fills is alike "
+                  "everywhere, so give it patterns without coordinates");
     refuses("void brighttext p 3 a.fnt . A 0 11 0 0 0 1 0 0 2 0 0 1 1\n",
             "test.rad:1:6: brighttext 'p' has its vectors to the right and down parallel, or "
             "too short");
@@ -446,6 +502,7 @@ int main(void)
         cmocka_unit_test(mixtures_weigh_their_sides),
         cmocka_unit_test(mixtures_hold_mixtures_and_faults),
         cmocka_unit_test(patterns_do_not_make_energy),
+        cmocka_unit_test(media_take_constant_patterns),
         cmocka_unit_test(meshes_bring_coordinates_and_normals),
         cmocka_unit_test(what_cannot_be_evaluated_is_refused),
     };
