@@ -48,6 +48,9 @@ static const char main_text[] =
     "void plastic wall 0 0 5 .5 .5 .5 0 0\n"
     "void illum window 1 wall 0 3 1 1 1\n"
     "void mist fog 2 a m>b 0 3 1 1 1\nvoid alias paint wall\n"
+    "void brightdata table 6 noop t.dat . Px -s 2 0 0\n"
+    "table brighttext words 4 helvet.fnt . two words 0 11 0 0 0 1 0 0 0 1 0 1 0\n"
+    "words colorpict picture 7 noop noop noop p.hdr . Px Py 0 0\n"
     "!xform -n row -n left -m paint -a 3 -t 1 0 0 part.rad large.rad\n"
     "!gensurf wall hill s t s*t 3 3 -s | xform -n hills -a 2 -t 1 0 0 | xform -rz 20\n";
 static const char part_text[] = "wall polygon p 0 0 9 0 0 0 1 0 0 1 1 0\n!xform leaf.rad\n";
@@ -57,6 +60,9 @@ static pm_bundle *make_bundle(void)
     char *large = large_text();
     pm_bundle *bundle = bundle_of(main_text, part_text);
     assert_int_equal(pm_bundle_add(bundle, "large.rad", large, strlen(large), NULL), PM_OK);
+    assert_int_equal(pm_bundle_add(bundle, "t.dat", "1 0 1 2 3 4\n", 12, NULL), PM_OK);
+    assert_int_equal(pm_bundle_add(bundle, "p.hdr", "#?RADIANCE\n\n-Y 1 +X 1\nabcd", 27, NULL),
+                     PM_OK);
     assert_int_equal(pm_bundle_add(bundle, "leaf.rad", "# leaf\n", 7, NULL), PM_OK);
     free(large);
     return bundle;

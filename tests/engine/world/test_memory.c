@@ -48,6 +48,12 @@ static char *make_text(void)
             "void antimatter cut 1 grey 0 0\nvoid mist fog 0 0 7 .1 .1 .1 .5 .5 .5 0\n"
             "cut sphere c 0 0 4 3 3 3 1\nfog sphere f 0 0 4 0 0 0 9\n"
             "lamp source sun 0 0 4 0 0 1 1\nlamp ring r 0 0 8 0 0 9 0 0 -1 0 1\n"
+            "void spectrum red 0 0 6 400 700 0 0 1 1\n"
+            "red brighttext words 4 helvet.fnt . Some words 0 12 0 0 0 1 0 0 0 1 0 1 0 .1\n"
+            "void texfunc bumps 6 sin(Px) 0 0 . -s 2 0 0\n"
+            "void mixfunc both 4 words bumps Py . 0 0\nboth plastic paint 0 0 5 .5 .5 .5 0 0\n"
+            "void mixfunc some 4 grey paint .5 . 0 0\nsome sphere m 0 0 4 7 0 9 .5\n"
+            "paint sphere n 0 0 4 9 0 9 .5\n"
             "grey cone k 0 0 8 5 5 5 6 6 6 1 2\ngrey polygon p 0 0 120");
     for (int i = 0; i < 40; i++)
         add(&t, " %.9g %.9g 0", (3 + i % 2) * cos(i * .157), (3 + i % 2) * sin(i * .157));
