@@ -487,7 +487,8 @@ pm_status pm_brdf_tables_build(pm_world *world, pm_error *err)
         if (!pm_brdf_is(b->material->type))
             continue;
         if (!b->places) /* on surfaces of instances alone */
-            b->place[b->places++] = (pm_hit){.t = 1, .normal = {0, 0, 1}};
+            b->place[b->places++] =
+                (pm_hit){.t = 1, .normal = {0, 0, 1}, .surface = PM_NO_PRIMITIVE};
         status = build(b);
     }
     free(builders);

@@ -388,17 +388,52 @@ static pm_status check_sources(const struct compiler *c)
     return PM_OK;
 }
 
+static size_t count_interfaces(const struct compiler *c)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < c->table->count; i++)
+        count += material_at(c, (int32_t)c->table->primitive[i])->type == PM_INTERFACE;
+    return count;
+}
+
+/* Appends what is in front of each interface, unless that is empty space: a dielectric that no
+ * surface has. */
+static void add_outsides(const struct compiler *c)
+{
+    static const double vacuum[4] = {1, 1, 1, 1};
+    for (size_t i = 0; i < c->table->count; i++) {
+        struct pm_material *m = &c->world->materials[i];
+        if (m->type != PM_INTERFACE || !memcmp(m->modifier.reals + 4, vacuum, sizeof vacuum))
+            continue;
+        m->outside = (uint32_t)c->world->material_count++;
+        struct pm_material *outside = &c->world->materials[m->outside];
+        *outside = (struct pm_material){
+            .type = PM_DIELECTRIC,
+            .modifier = m->modifier,
+            .color = pm_rgb_grey(1),
+            .index = m->modifier.reals[7],
+            .extinction = extinction_from(m->modifier.reals + 4, c->world->scale),
+            .alternate = PM_NO_PRIMITIVE,
+            .outside = PM_NO_PRIMITIVE,
+            .components = {PM_NO_PRIMITIVE, PM_NO_PRIMITIVE},
+            .stands_outside = true};
+    }
+}
+
 pm_status pm_materials_compile(pm_world *world, const pm_scene *scene,
                                const struct pm_material_table *table, pm_error *err)
 {
     struct compiler c = {world, scene, table, NULL, err};
     c.textures = calloc(scene->count + 1, sizeof *c.textures);
-    world->materials = pm_arena_array(&world->arena, table->count, sizeof *world->materials);
+    size_t count = table->count + count_interfaces(&c);
+    world->materials = pm_arena_array(&world->arena, count, sizeof *world->materials);
     pm_status status = world->materials && c.textures ? check_sources(&c) : memory_error(&c);
     for (size_t i = 0; i < table->count && !status; i++)
         status = compile_material(&c, table->primitive[i], &world->materials[i]);
     free(c.textures);
     world->material_count = table->count;
+    if (!status)
+        add_outsides(&c);
     if (!status)
         pm_materials_set_abilities(world);
     return status;

@@ -71,8 +71,9 @@ struct pm_material {
     /* mist, dielectric, inside of an interface [1 / scale] */
     pm_rgb extinction, scattering;
     double g;
-    uint32_t outside; /* interface: what stands for the medium in front of it, see media.h;
-                         PM_NO_PRIMITIVE: empty space */
+    uint32_t outside;    /* interface: what stands for the medium in front of it, see media.h;
+                            PM_NO_PRIMITIVE: empty space */
+    bool stands_outside; /* such a stand-in, which no surface has */
 
     const struct pm_brdf_table *brdf; /* brdf.c */
 

@@ -39,13 +39,86 @@ static void leave(pm_media *media, uint32_t material)
         media->material[i] = media->material[i + 1];
 }
 
+/* ---- dense media ----
+ *
+ * A dielectric's outside is empty space, an interface's another dense medium. Whoever goes
+ * through an interface changes one for the other; in between, boundaries of either may come
+ * (water in a glass: interface below, dielectrics above and around). So the innermost dense
+ * entry is what counts, whichever boundary it is of. */
+
+static bool is_dense(const pm_world *world, uint32_t material)
+{
+    pm_primitive_type type = world->materials[material].type;
+    return type == PM_DIELECTRIC || type == PM_INTERFACE;
+}
+
+/* Entered through an interface, from either side. */
+static bool is_relative(const pm_world *world, uint32_t material)
+{
+    const struct pm_material *m = &world->materials[material];
+    return m->type == PM_INTERFACE || m->stands_outside;
+}
+
+/* The last dense entry, or -1. */
+static int find_dense(const pm_media *media, const pm_world *world)
+{
+    int i = media->count - 1;
+    while (i >= 0 && !is_dense(world, media->material[i]))
+        i--;
+    return i;
+}
+
+static void enter_instead(pm_media *media, int i, uint32_t material)
+{
+    if (i < 0)
+        enter(media, material);
+    else
+        media->material[i] = material;
+}
+
+/* From the front of an interface to its back, or the other way. */
+static void cross_interface(pm_media *media, const pm_world *world, uint32_t material,
+                            bool inwards)
+{
+    uint32_t outside = world->materials[material].outside;
+    int dense = find_dense(media, world), own = find(media, material);
+    if (inwards && outside == PM_NO_PRIMITIVE)
+        enter(media, material);
+    else if (inwards)
+        enter_instead(media, dense, material);
+    else if (outside != PM_NO_PRIMITIVE)
+        enter_instead(media, own >= 0 ? own : dense, outside);
+    else
+        leave(media, own >= 0 || dense < 0 ? material : media->material[dense]);
+}
+
+/* Out of a dielectric, into empty space or what is around it. */
+static void leave_dielectric(pm_media *media, const pm_world *world, uint32_t material)
+{
+    int dense = find_dense(media, world);
+    if (find(media, material) < 0 && dense >= 0 && is_relative(world, media->material[dense]))
+        material = media->material[dense];
+    leave(media, material);
+}
+
 void pm_media_meet(pm_media *media, const pm_world *world, const pm_hit *hit, pm_vec3 direction)
 {
-    if (!world->has_media || pm_vec3_dot(direction, hit->normal) < 0)
+    if (!world->has_media)
         return;
     uint32_t material = volume_of(world, hit->material);
-    pm_primitive_type type = world->materials[material].type;
-    if ((type == PM_MIST || type == PM_DIELECTRIC) && find(media, material) < 0)
+    const struct pm_material *m = &world->materials[material];
+    bool behind = pm_vec3_dot(direction, hit->normal) >= 0;
+    if (!behind && m->type == PM_INTERFACE && m->outside != PM_NO_PRIMITIVE &&
+        find_dense(media, world) < 0)
+        enter(media, m->outside);
+    if (!behind || find(media, material) >= 0)
+        return;
+    int dense = find_dense(media, world);
+    bool changes =
+        m->type == PM_INTERFACE || (dense >= 0 && is_relative(world, media->material[dense]));
+    if (is_dense(world, material) && changes)
+        enter_instead(media, dense, material);
+    else if (is_dense(world, material) || m->type == PM_MIST)
         enter(media, material);
 }
 
@@ -57,13 +130,31 @@ void pm_media_cross(pm_media *media, const pm_world *world, const pm_hit *hit,
     uint32_t material = volume_of(world, hit->material);
     if (!world->materials[material].bounds_volume)
         return;
-    if (pm_vec3_dot(direction, hit->normal) < 0)
+    bool inwards = pm_vec3_dot(direction, hit->normal) < 0;
+    if (world->materials[material].type == PM_INTERFACE)
+        cross_interface(media, world, material, inwards);
+    else if (inwards)
         enter(media, material);
     else
-        leave(media, material);
+        leave_dielectric(media, world, material);
 }
 
 /* ---- the volumes at a point ---- */
+
+/* What a ray that comes to a boundary was in without having entered it; PM_NO_PRIMITIVE:
+ * nothing new. */
+static uint32_t unentered(const pm_media *entered, const pm_world *world, uint32_t material,
+                          bool inwards)
+{
+    const struct pm_material *m = &world->materials[material];
+    int dense = find_dense(entered, world);
+    if (inwards)
+        return m->type == PM_INTERFACE && dense < 0 ? m->outside : PM_NO_PRIMITIVE;
+    bool known = find(entered, material) >= 0 ||
+                 (dense >= 0 && is_dense(world, material) &&
+                  (m->type == PM_INTERFACE || is_relative(world, entered->material[dense])));
+    return known ? PM_NO_PRIMITIVE : material;
+}
 
 /* Volumes that a ray leaves without having entered them, the innermost first. */
 static void left_along(const pm_world *world, pm_vec3 point, pm_vec3 direction, pm_media *left)
@@ -77,10 +168,11 @@ static void left_along(const pm_world *world, pm_vec3 point, pm_vec3 direction, 
         uint32_t material = volume_of(world, hit.material);
         if (!world->materials[material].bounds_volume)
             continue;
-        uint16_t before = entered.count;
+        uint32_t was_in =
+            unentered(&entered, world, material, pm_vec3_dot(direction, hit.normal) < 0);
+        if (was_in != PM_NO_PRIMITIVE)
+            enter(left, was_in);
         pm_media_cross(&entered, world, &hit, direction);
-        if (pm_vec3_dot(direction, hit.normal) >= 0 && entered.count == before)
-            enter(left, material);
     }
 }
 
@@ -123,7 +215,7 @@ void pm_media_at(const pm_world *world, pm_vec3 point, pm_media *out)
 static int innermost_dielectric(const pm_media *media, const pm_world *world)
 {
     int i = media->count - 1;
-    while (i > 0 && (world->materials[media->material[i]].type != PM_DIELECTRIC ||
+    while (i > 0 && (!is_dense(world, media->material[i]) ||
                      pm_material_is_hidden(world, media, media->material[i])))
         i--;
     return i < 0 ? 0 : i;

@@ -4,8 +4,8 @@
 #include "base/rgb.h"
 #include "world/world.h"
 
-/* Participating media: mists, and the absorbing insides of dielectrics; and the volumes that
- * antimatter cuts out.
+/* Participating media: mists, and the absorbing insides of dielectrics and both sides of
+ * interfaces; and the volumes that antimatter cuts out.
  *
  * A path carries the list of volumes that hold its current point. A dielectric displaces the
  * mists outside it: inside it only what was entered after it counts; leaving it the mists are
@@ -34,10 +34,11 @@ typedef struct pm_medium {
  * without media and antimatter. */
 void pm_media_at(const pm_world *world, pm_vec3 point, pm_media *out);
 
-/* A path comes along `direction` to the surface of `hit`. If it is the back of a mist or
- * dielectric that is not listed, the path was in it: the volume has no closed boundary, such as
- * water under a single polygon, and pm_media_at found no way out through it. Radiance's
- * dielectric.c too takes what a ray meets from behind as what it came through. */
+/* A path comes along `direction` to the surface of `hit`. If it is the back of a mist,
+ * interface or dielectric that is not listed, the path was in it: the volume has no closed
+ * boundary, such as water under a single polygon, and pm_media_at found no way out through it.
+ * Radiance's dielectric.c too takes what a ray meets from behind as what it came through, and
+ * the medium in front of an interface likewise. */
 void pm_media_meet(pm_media *media, const pm_world *world, const pm_hit *hit,
                    pm_vec3 direction);
 

@@ -370,6 +370,74 @@ static void antimatter_makes_a_hole_in_glass(void **state)
     pm_world_free(world);
 }
 
+/* ---- interfaces ---- */
+
+/* A glass ball with a cylindrical hole, its lower half full of water, air above. */
+static const char glass_of_water[] =
+    "void dielectric glass 0 0 5 .5 .6 .7 1.5 0 glass sphere ball 0 0 4 0 0 0 3\n"
+    "void interface wall 0 0 8 .8 .9 1 1.33 .5 .6 .7 1.5\n"
+    "wall cylinder side 0 0 7 0 0 -1 0 0 0 1 wall ring bottom 0 0 8 0 0 -1 0 0 -1 0 1\n"
+    "glass tube above 0 0 7 0 0 0 0 0 1 1 glass ring top 0 0 8 0 0 1 0 0 -1 0 1\n"
+    "void dielectric water 0 0 5 .8 .9 1 1.33 0 water ring level 0 0 8 0 0 0 0 0 1 0 1\n";
+
+static pm_medium in_glass_of_water(pm_vec3 p)
+{
+    pm_medium medium = {.extinction = {0, 0, 0}};
+    bool hole = hypot(p.x, p.y) < 1 && fabs(p.z) < 1;
+    if (hole && p.z < 0)
+        medium.extinction = (pm_rgb){-log(.8), -log(.9), 0};
+    else if (!hole && distance_to(p, 0) < 3)
+        medium.extinction = (pm_rgb){-log(.5), -log(.6), -log(.7)};
+    return medium;
+}
+
+static void media_of_interfaces_are_those_around_a_point(void **state)
+{
+    (void)state;
+    pm_world *world = world_of(glass_of_water);
+    pm_rng rng;
+    pm_rng_init(&rng, 4, PM_RNG_PATH, 0);
+    for (int i = 0; i < 5000; i++) {
+        double u[3];
+        draw(&rng, u, 3);
+        pm_vec3 p = {7 * u[0] - 3.5, 3 * u[1] - 1.5, 3 * u[2] - 1.5};
+        pm_media media;
+        pm_media_at(world, pm_world_from_scene(world, p), &media);
+        assert_medium(world, &media, in_glass_of_water(p), scale_of(world));
+    }
+    pm_world_free(world);
+}
+
+static void a_walk_changes_one_medium_for_the_other_at_interfaces(void **state)
+{
+    (void)state;
+    pm_world *world = world_of(glass_of_water);
+    pm_rng rng;
+    pm_rng_init(&rng, 8, PM_RNG_PATH, 0);
+    for (int i = 0; i < 2000; i++) {
+        double u[5];
+        draw(&rng, u, 5);
+        pm_vec3 from = {-6, 3 * u[0] - 1.5, 3 * u[1] - 1.5};
+        pm_vec3 to = {6, 3 * u[2] - 1.5, 3 * u[3] - 1.5};
+        pm_vec3 start = pm_world_from_scene(world, i & 1 ? from : to);
+        pm_vec3 way = pm_vec3_sub(pm_world_from_scene(world, i & 1 ? to : from), start);
+        pm_ray ray = {start, pm_vec3_normalize(way), INFINITY, PM_NO_PRIMITIVE};
+        pm_media media = {0};
+        pm_hit hit;
+        while (pm_world_intersect(world, &ray, &hit)) {
+            pm_vec3 middle = pm_vec3_madd(ray.origin, hit.t / 2, ray.direction);
+            pm_media_meet(&media, world, &hit, ray.direction);
+            assert_medium(world, &media, in_glass_of_water(pm_world_to_scene(world, middle)),
+                          scale_of(world));
+            pm_media_cross(&media, world, &hit, ray.direction);
+            ray.origin = hit.point;
+            ray.from = hit.surface;
+        }
+        assert_int_equal(media.count, 0);
+    }
+    pm_world_free(world);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -386,6 +454,8 @@ int main(void)
         cmocka_unit_test(antimatter_cuts_an_opaque_ball_and_shows_the_cut),
         cmocka_unit_test(void_antimatter_leaves_no_cut),
         cmocka_unit_test(antimatter_makes_a_hole_in_glass),
+        cmocka_unit_test(media_of_interfaces_are_those_around_a_point),
+        cmocka_unit_test(a_walk_changes_one_medium_for_the_other_at_interfaces),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
