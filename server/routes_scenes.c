@@ -21,10 +21,15 @@ static void free_check(void *context, void *state)
     free(check);
 }
 
+/* What is said about scenes, and which are refused: counted up when that changes, so that no
+ * older answer is taken from the store. */
+enum { ANSWER_VERSION = 2 };
+
 /* A scene is named by what it is made of, so that posting it twice names it once. */
 static pm_digest scene_id(const pm_digest *bundle, const char *main_name)
 {
     pm_bytes bytes = {0};
+    pm_bytes_u32(&bytes, ANSWER_VERSION);
     pm_bytes_append(&bytes, bundle->bytes, sizeof bundle->bytes);
     pm_bytes_text(&bytes, main_name);
     pm_digest id = pm_digest_of(bytes.data, bytes.size);
