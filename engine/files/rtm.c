@@ -36,7 +36,8 @@ static pm_status fail(const struct rtm *r, const char *what)
 static pm_status read_head(struct rtm *r)
 {
     if (!pm_portable_header(&r->bytes, FORMAT, PM_MESH_MAGIC, &r->index_size))
-        return fail(r, "the header of a compiled mesh");
+        return pm_error_set_at(r->err, PM_E_CORRUPT, r->name, 0, 0,
+                               "this is no compiled mesh; obj2mesh makes them of .obj files");
     if (!pm_portable_cube(&r->bytes, r->origin, &r->size))
         return fail(r, "the bounding cube");
     for (int i = 0; i < 3; i++)
