@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/arena.h"
+#include "files/mesh.h"
 #include "files/octree_file.h"
 #include "scene/pipeline.h"
 #include "scene/statement.h"
@@ -150,6 +151,19 @@ static pm_status visit_octree(struct search *s)
     return st;
 }
 
+/* A compiled mesh brings its materials. */
+static pm_status visit_mesh(struct search *s)
+{
+    pm_records materials;
+    pm_status st = pm_mesh_materials(s->file->data, s->file->size, s->file->name, &s->arena,
+                                     &materials, NULL);
+    if (st)
+        return st == PM_E_MEMORY ? st : PM_OK;
+    for (size_t i = 0; !st && i < materials.count; i++)
+        st = visit_record(s, &materials.items[i]);
+    return st;
+}
+
 pm_status pm_named_files_visit(const pm_file *file, char role, pm_named_file visit,
                                void *context)
 {
@@ -157,6 +171,8 @@ pm_status pm_named_files_visit(const pm_file *file, char role, pm_named_file vis
     pm_status st = PM_OK;
     if (pm_octree_file_is(file->data, file->size))
         st = visit_octree(&s);
+    else if (role == 'g')
+        st = visit_mesh(&s);
     else if (role == 'r')
         st = visit_text(&s);
     pm_arena_clear(&s.arena);

@@ -16,8 +16,9 @@ typedef pm_status (*pm_named_file)(void *context, const pm_file *from, const pm_
                                    char role);
 
 /* Visits every name in a scene file: of its commands, of its primitives' string arguments, of
- * an octree (role 'o') its scene files or its primitives. What is wrong with the file is left
- * for the parser to tell. Test: test_collect.c. */
+ * an octree (role 'o') its scene files or its primitives, of a compiled mesh ('g') its
+ * materials. What is wrong with the file is left for the parser to tell. Test:
+ * test_collect.c. */
 PM_MUST_USE pm_status pm_named_files_visit(const pm_file *file, char role, pm_named_file visit,
                                            void *context);
 

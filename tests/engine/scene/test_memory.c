@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+#include "files/octree_file.h"
+
 /* Fails the n-th allocation of the engine, for every n until all succeed (the linker wraps
  * malloc). */
 static long until_failure = -1;
@@ -52,13 +54,40 @@ static const char main_text[] =
     "table brighttext words 4 helvet.fnt . two words 0 11 0 0 0 1 0 0 0 1 0 1 0\n"
     "words colorpict picture 7 noop noop noop p.hdr . Px Py 0 0\n"
     "!xform -n row -n left -m paint -a 3 -t 1 0 0 part.rad large.rad\n"
+    "!xform placed.rad\n"
     "!gensurf wall hill s t s*t 3 3 -s | xform -n hills -a 2 -t 1 0 0 | xform -rz 20\n";
+static const char placed_text[] = "void instance i 1 tree.oct 0 0\n"
+                                  "void mesh m 3 m.obj -s 2 0 0\n";
+static const char mesh_text[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl wall\nf 1 2 3\n";
 static const char part_text[] = "wall polygon p 0 0 9 0 0 0 1 0 0 1 1 0\n!xform leaf.rad\n";
+
+/* A frozen octree with an alias and an instance of the same mesh. */
+static void put_tree(pm_bytes *out)
+{
+    static const double reals[] = {.5, .5, .5, 0, 1};
+    static const char *const mesh[] = {"m.obj"};
+    const pm_record items[] = {
+        {.type = "plastic", .name = "leaf", .modifier = -1, .reals = reals, .real_count = 5},
+        {.type = "alias", .name = "other", .modifier = 0},
+        {.type = "sphere", .name = "s", .modifier = 1, .reals = reals + 1, .real_count = 4},
+        {.type = "mesh", .name = "m", .modifier = 0, .strings = mesh, .string_count = 1}};
+    const pm_octree_file head = {.size = 1, .objects = 4};
+    pm_octree_file_start(&head, "oconv", out);
+    pm_bytes_u8(out, PM_NODE_EMPTY);
+    assert_int_equal(pm_records_write(items, 4, out, NULL), PM_OK);
+}
 
 static pm_bundle *make_bundle(void)
 {
     char *large = large_text();
     pm_bundle *bundle = bundle_of(main_text, part_text);
+    pm_bytes tree = {0};
+    put_tree(&tree);
+    assert_int_equal(pm_bundle_add(bundle, "tree.oct", tree.data, tree.size, NULL), PM_OK);
+    assert_int_equal(pm_bundle_add(bundle, "m.obj", mesh_text, strlen(mesh_text), NULL), PM_OK);
+    assert_int_equal(
+        pm_bundle_add(bundle, "placed.rad", placed_text, strlen(placed_text), NULL), PM_OK);
+    pm_bytes_clear(&tree);
     assert_int_equal(pm_bundle_add(bundle, "large.rad", large, strlen(large), NULL), PM_OK);
     assert_int_equal(pm_bundle_add(bundle, "t.dat", "1 0 1 2 3 4\n", 12, NULL), PM_OK);
     assert_int_equal(pm_bundle_add(bundle, "p.hdr", "#?RADIANCE\n\n-Y 1 +X 1\nabcd", 27, NULL),

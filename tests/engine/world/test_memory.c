@@ -7,6 +7,7 @@
 
 #include "compile.h"
 #include "octrees.h"
+#include "world/octree_write.h"
 
 /* Linked with --wrap: the allocation with number `failing` (from 0) fails, all others work. */
 static long allocations, failing = -1;
@@ -115,11 +116,44 @@ static void also_in_instances_and_meshes(void **state)
     pm_scene_free(scene);
 }
 
+static pm_status write_octree(const pm_scene *scene, const pm_bundle *bundle, pm_error *err)
+{
+    const pm_octree_options options = {.frozen = true, .resolution = 64, .command = "oconv"};
+    pm_bytes bytes = {0};
+    pm_status st = pm_octree_write(scene, bundle, &options, &bytes, err);
+    pm_bytes_clear(&bytes);
+    return st;
+}
+
+static void writing_an_octree_reports_every_failed_allocation(void **state)
+{
+    (void)state;
+    pm_scene *scene = scene_of("void brightfunc wave 4 sin(Px) . -rx 30 0 0\n"
+                               "wave plastic grey 0 0 5 .5 .5 .5 0 0\n"
+                               "void illum pane 1 grey 0 3 1 1 1\n"
+                               "pane polygon p 0 0 12 0 0 0 1 0 0 1 1 0 0 1 0\n"
+                               "grey sphere s 0 0 4 1 1 1 .5\n!genbox grey box 1 1 1\n");
+    pm_bundle *bundle = pm_bundle_new();
+    pm_status st = PM_E_MEMORY;
+    for (failing = 0; st; failing++) {
+        pm_error err = PM_ERROR_INIT;
+        allocations = 0;
+        st = write_octree(scene, bundle, &err);
+        assert_int_equal(err.status, st);
+        assert_int_equal(st, allocations > failing ? PM_E_MEMORY : PM_OK);
+    }
+    assert_in_range(failing, 10, 1000);
+    failing = -1;
+    pm_bundle_free(bundle);
+    pm_scene_free(scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_failed_allocation_is_reported),
         cmocka_unit_test(also_in_instances_and_meshes),
+        cmocka_unit_test(writing_an_octree_reports_every_failed_allocation),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
