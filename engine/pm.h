@@ -3,6 +3,7 @@
 
 /* The engine, in reading order: each stage takes what the one before it made.
  * pipeline.h runs the whole flow for one job. */
+#include "language/language.h"   /* function files -> programs and their values */
 #include "scene/scene.h"         /* bytes -> pm_scene */
 #include "world/world.h"         /* pm_scene -> pm_world */
 #include "world/media.h"         /*   what fills space */
