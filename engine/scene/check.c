@@ -13,9 +13,9 @@ static const char *const rules[PM_PRIMITIVE_TYPES] = {
     [PM_TRANS] = "CCCFRFF",
     [PM_GLASS] = "TTTN",
     [PM_DIELECTRIC] = "TTTIH",
-    [PM_PLASTIC2] = "CCCFRR",
-    [PM_METAL2] = "CCCFRR",
-    [PM_TRANS2] = "CCCFRRFF",
+    [PM_PLASTIC2] = "CCCFOO",
+    [PM_METAL2] = "CCCFOO",
+    [PM_TRANS2] = "CCCFOOFF",
     [PM_ASHIK2] = "CCCCCCUU",
     [PM_INTERFACE] = "TTTITTTI",
     [PM_PLASFUNC] = "CCCF",
@@ -88,6 +88,10 @@ static const char *check_material(char rule, const double *v)
         return is_fraction(*v)
                    ? NULL
                    : "roughness is the rms slope of facets, between 0 (smooth) and 1";
+    case 'O': /* Radiance's FTINY (src/rt/aniso.c) */
+        return *v > 1e-6 && *v <= 1 ? NULL
+                                    : "roughness is the rms slope of facets, above 0 (the type "
+                                      "without a 2 is for smooth ones) and at most 1";
     case 'T':
         return is_fraction(*v)
                    ? NULL

@@ -1,6 +1,85 @@
 /* What the materials of a world can do: which passes they need. */
 #include "world/bsdf_surface.h"
 #include "world/material.h"
+#include "world/surface.h"
+
+/* ---- how much there is to show ---- */
+
+struct parts {
+    unsigned lobes, functions, bsdfs;
+};
+
+static bool fit(const struct parts *parts)
+{
+    return parts->lobes <= PM_LOBES_MAX && parts->functions <= PM_FUNCTIONS_MAX &&
+           parts->bsdfs <= PM_BSDFS_MAX;
+}
+
+/* At most, whatever the arguments. */
+static unsigned most_lobes(const struct pm_material *m)
+{
+    switch (m->type) {
+    case PM_PLASTIC:
+    case PM_METAL:
+    case PM_PLASTIC2:
+    case PM_METAL2:
+    case PM_ASHIK2:
+    case PM_GLASS:
+    case PM_DIELECTRIC:
+    case PM_INTERFACE:
+    case PM_PRISM2:
+        return 2;
+    case PM_TRANS:
+    case PM_TRANS2:
+        return 4;
+    case PM_PLASFUNC:
+    case PM_METFUNC:
+    case PM_PLASDATA:
+    case PM_METDATA:
+        return 2;
+    case PM_TRANSFUNC:
+    case PM_TRANSDATA:
+        return 4;
+    case PM_BRTDFUNC:
+        return 6;
+    case PM_BSDF:
+    case PM_ABSDF:
+        return 5;
+    default:
+        return 1;
+    }
+}
+
+/* Stops as soon as it is too much, so that mixtures of mixtures take no time. */
+static void add_parts_of(const pm_world *world, uint32_t material, struct parts *parts)
+{
+    if (material == PM_NO_PRIMITIVE) {
+        parts->lobes++;
+        return;
+    }
+    const struct pm_material *m = &world->materials[material];
+    for (int i = 0; pm_primitive_is_mixture(m->type) && i < 2; i++)
+        if (fit(parts))
+            add_parts_of(world, m->components[i], parts);
+    if (pm_primitive_is_mixture(m->type))
+        return;
+    if (m->type == PM_ILLUM) {
+        add_parts_of(world, m->alternate, parts);
+        return;
+    }
+    parts->lobes += most_lobes(m);
+    parts->functions += pm_brdf_is(m->type);
+    parts->bsdfs += m->type == PM_BSDF || m->type == PM_ABSDF;
+}
+
+bool pm_material_fits(const pm_world *world, uint32_t material)
+{
+    struct parts parts = {0};
+    add_parts_of(world, material, &parts);
+    return fit(&parts);
+}
+
+/* ---- what there is to show ---- */
 
 static bool bounds_medium(const struct pm_material *m)
 {

@@ -319,21 +319,6 @@ static pm_status compile_textures(const struct compiler *c, int32_t modifier,
     return status;
 }
 
-static bool is_grained(pm_primitive_type type)
-{
-    return type == PM_PLASTIC2 || type == PM_METAL2 || type == PM_TRANS2;
-}
-
-static pm_status check_material(const struct compiler *c, const pm_primitive *p,
-                                const struct pm_material *m)
-{
-    if (is_grained(p->type) && !(m->roughness > 1e-6 && m->across > 1e-6)) /* FTINY */
-        return refuse(c, p,
-                      "has a roughness of 0, which Radiance refuses too; the type without a 2 "
-                      "is smooth");
-    return PM_OK;
-}
-
 /* Patterns scale what a dielectric or an interface lets through a unit length, and a mist's
  * extinction (Radiance's dielectric.c, m_mist.c). There they count where a ray leaves or enters
  * the medium; here a medium is alike everywhere. */
@@ -355,6 +340,7 @@ static pm_status fold_patterns(const struct compiler *c, const pm_primitive *p,
         m->scattering = pm_rgb_mul(m->scattering, color);
         return PM_OK;
     }
+    m->color = color; /* for what is in front of an interface */
     pm_rgb passed = pm_rgb_mul(rgb_of(p->reals), color);
     m->extinction =
         extinction_from((const double[]){passed.r, passed.g, passed.b}, c->world->scale);
@@ -366,9 +352,7 @@ static pm_status compile_material(const struct compiler *c, uint32_t top, struct
 {
     const pm_primitive *p = material_at(c, (int32_t)top);
     read_reals(m, p, c->world->scale);
-    pm_status status = check_material(c, p, m);
-    if (!status)
-        status = make_modifier(c, p, &m->modifier);
+    pm_status status = make_modifier(c, p, &m->modifier);
     if (!status)
         status = compile_references(c, p, m);
     if (!status)
@@ -407,17 +391,30 @@ static void add_outsides(const struct compiler *c)
             continue;
         m->outside = (uint32_t)c->world->material_count++;
         struct pm_material *outside = &c->world->materials[m->outside];
+        pm_rgb passed = pm_rgb_mul(rgb_of(m->modifier.reals + 4), m->color);
         *outside = (struct pm_material){
             .type = PM_DIELECTRIC,
             .modifier = m->modifier,
             .color = pm_rgb_grey(1),
             .index = m->modifier.reals[7],
-            .extinction = extinction_from(m->modifier.reals + 4, c->world->scale),
+            .extinction = extinction_from((const double[]){passed.r, passed.g, passed.b},
+                                          c->world->scale),
             .alternate = PM_NO_PRIMITIVE,
             .outside = PM_NO_PRIMITIVE,
             .components = {PM_NO_PRIMITIVE, PM_NO_PRIMITIVE},
             .stands_outside = true};
     }
+}
+
+/* Refuses mixtures of more than a pm_surface holds. */
+static pm_status check_parts(const struct compiler *c)
+{
+    for (size_t i = 0; i < c->table->count; i++)
+        if (!pm_material_fits(c->world, (uint32_t)i))
+            return refuse(c, material_at(c, (int32_t)c->table->primitive[i]),
+                          "mixes too much: in all 16 ways of scattering (plastic has 2 to 4, "
+                          "BRTDfunc 6), 4 functions and 2 BSDFs can be mixed");
+    return PM_OK;
 }
 
 pm_status pm_materials_compile(pm_world *world, const pm_scene *scene,
@@ -434,6 +431,8 @@ pm_status pm_materials_compile(pm_world *world, const pm_scene *scene,
     world->material_count = table->count;
     if (!status)
         add_outsides(&c);
+    if (!status)
+        status = check_parts(&c);
     if (!status)
         pm_materials_set_abilities(world);
     return status;

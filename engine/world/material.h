@@ -109,7 +109,9 @@ bool pm_material_hides(const struct pm_material *antimatter, uint32_t material);
 bool pm_material_is_hidden(const pm_world *world, const struct pm_media *media,
                            uint32_t material);
 
-/* ability.c: the last step of pm_materials_compile. */
+/* ability.c: whether what a material may show at once fits into a pm_surface; then, as the last
+ * step of pm_materials_compile, what materials can do. */
+bool pm_material_fits(const pm_world *world, uint32_t material);
 void pm_materials_set_abilities(pm_world *world);
 
 /* What a surface shows to a walk, with illum, mirror and antimatter resolved. */

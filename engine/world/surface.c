@@ -67,7 +67,7 @@ static bool choose(const pm_surface *s, pm_rgb throughput, unsigned events, stru
     return true;
 }
 
-/* Picks a lobe and makes what is left of u uniform in [0, 1] again. */
+/* Picks a lobe; *u, less the probabilities before it, is uniform up to its own. */
 static unsigned pick(const struct choice *choice, unsigned count, double *u)
 {
     unsigned last = 0;
@@ -80,7 +80,7 @@ static unsigned pick(const struct choice *choice, unsigned count, double *u)
             break;
         left -= choice->of[i];
     }
-    *u = fmin(left / choice->of[last], 0x1.fffffep-1);
+    *u = left;
     return last; /* rounding may leave u beyond the last */
 }
 
@@ -94,33 +94,32 @@ static double density(const pm_surface *s, const struct choice *choice, pm_vec3 
     return sum;
 }
 
-static void sample(const pm_surface *s, pm_rgb throughput, unsigned events, const double u[3],
-                   pm_scatter *out)
+static bool sample(const pm_surface *s, pm_rgb throughput, unsigned events, const double u[3],
+                   struct choice *choice, pm_scatter *out)
 {
     *out = (pm_scatter){.event = PM_EVENT_NONE, .radiance_scale = 1};
-    struct choice choice;
-    if (!(s->events & events) || !choose(s, throughput, events, &choice))
-        return;
+    if (!(s->events & events) || !choose(s, throughput, events, choice))
+        return false;
     double rest = u[0];
-    unsigned i = pick(&choice, s->count, &rest);
+    unsigned i = pick(choice, s->count, &rest);
     pm_lobe_sample(s, &s->lobes[i], u[1], u[2], out);
-    if (out->event == PM_EVENT_NONE)
-        return;
-    out->weight = pm_rgb_scale(out->weight, 1 / choice.of[i]);
-    if (out->event == PM_EVENT_DIFFUSE || out->event == PM_EVENT_GLOSSY)
-        out->pdf = density(s, &choice, out->wi);
+    out->weight = pm_rgb_scale(out->weight, 1 / choice->of[i]);
+    return out->event != PM_EVENT_NONE;
 }
 
 void pm_surface_sample(const pm_surface *surface, pm_rgb throughput, const double u[3],
                        pm_scatter *out)
 {
-    sample(surface, throughput, DIFFUSE | SPECULAR, u, out);
+    struct choice choice;
+    sample(surface, throughput, DIFFUSE | SPECULAR, u, &choice, out);
 }
 
 void pm_surface_sample_specular(const pm_surface *surface, pm_rgb throughput, const double u[3],
                                 pm_scatter *out)
 {
-    sample(surface, throughput, SPECULAR, u, out);
+    struct choice choice;
+    if (sample(surface, throughput, SPECULAR, u, &choice, out) && out->event == PM_EVENT_GLOSSY)
+        out->pdf = density(surface, &choice, out->wi);
 }
 
 void pm_surface_sample_diffuse(const pm_surface *surface, const double u[2], pm_scatter *out)
@@ -132,6 +131,7 @@ void pm_surface_sample_diffuse(const pm_surface *surface, const double u[2], pm_
         return;
     double rest = u[0];
     unsigned i = pick(&choice, surface->count, &rest);
+    rest = fmin(rest / choice.of[i], 0x1.fffffep-1);
     pm_lobe_sample(surface, &surface->lobes[i], rest, u[1], out);
     if (out->event == PM_EVENT_NONE)
         return;

@@ -118,7 +118,7 @@ typedef struct pm_scatter {
     pm_vec3 wi;       /* unit */
     pm_rgb weight;    /* f |cos wi| / pdf: what the throughput is multiplied by */
     double pdf;       /* [1/sr] of wi among the lobes of finite density drawn from, for multiple
-                         importance sampling; 0 for the others */
+                         importance sampling; 0 for the others, and by pm_surface_sample */
     double radiance_scale; /* (index on wo's side / on wi's side)^2; 1 but for refraction */
 } pm_scatter;
 
