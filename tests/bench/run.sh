@@ -1,10 +1,10 @@
 #!/bin/sh
-# Prints the tables of the benchmarks named: sh tests/bench/run.sh forward lookup render
+# Prints the tables of the benchmarks named: sh tests/bench/run.sh forward lookup render world
 # BUILD names another build tree than the release preset's.
 set -eu
 cd "$(dirname "$0")/../.."
 build=${BUILD:-build/release}
-[ $# -gt 0 ] || set -- forward lookup render
+[ $# -gt 0 ] || set -- forward lookup render world
 [ -f "$build/build.ninja" ] || cmake --preset release >/dev/null
 for name in "$@"; do
     [ -f "tests/bench/bench_$name.c" ] || {
