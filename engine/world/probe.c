@@ -74,6 +74,7 @@ static void set_start(struct pm_probe *q, uint32_t from)
     q->after = (struct pm_ray_key){0, UINT32_MAX, INT64_MAX};
     q->from = from;
     q->from_group = PM_NO_PRIMITIVE;
+    pm_probe_set_foreign(q);
     if (from == PM_NO_PRIMITIVE)
         return;
     if (from < q->body->shape_count) {
@@ -142,6 +143,7 @@ bool pm_probe_enter(struct pm_probe *inner, const struct pm_probe *outer,
     inner->tolerance = outer->tolerance + inner->unit * instance->body->tolerance;
     if (inner->material == PM_NO_PRIMITIVE)
         inner->material = instance->material;
+    pm_probe_set_foreign(inner);
     if (!is_in_cube(inner->origin)) {
         double entry = 0;
         if (outer->from - inner->base < instance->body->count)
@@ -184,7 +186,7 @@ static bool probe_curved(struct pm_probe *q, const struct pm_shape *s, uint32_t 
         double cosine = pm_vec3_dot(pm_shape_normal(s, point), q->direction);
         struct pm_ray_key key =
             pm_ray_key_make(along, q->base + s->group, s->layer, s->flipped, cosine);
-        if (!pm_probe_is_at_end(q, along, cosine) &&
+        if (!pm_probe_is_at_end(q, along, cosine) && !pm_probe_is_at_start(q, along, cosine) &&
             pm_probe_offer(q, &key, index, PM_NO_PRIMITIVE))
             return true;
     }

@@ -23,6 +23,7 @@ struct pm_probe {
     double main_entry; /* how far the world's origin was moved into its cube */
     double limit;
     uint32_t from, from_group; /* of the surface that the ray starts from, or PM_NO_PRIMITIVE */
+    bool foreign; /* that surface is another body's: what coincides with it is not known */
     struct pm_ray_key after, best; /* hits up to `after` are behind; best.t = INFINITY: none */
     uint32_t best_surface, best_piece; /* PM_NO_PRIMITIVE: no polygon */
 };
@@ -41,6 +42,13 @@ bool pm_probe_enter(struct pm_probe *inner, const struct pm_probe *outer,
 
 /* The exact test of a ring or a curved shape. True if it is the best so far. */
 bool pm_probe_shape(struct pm_probe *probe, uint32_t index);
+
+/* Sets `foreign` for the probe's body. */
+static inline void pm_probe_set_foreign(struct pm_probe *probe)
+{
+    probe->foreign =
+        probe->from != PM_NO_PRIMITIVE && probe->from - probe->base >= probe->body->own_count;
+}
 
 /* The distance along the world's ray. */
 static inline double pm_probe_along(const struct pm_probe *probe, double t)
@@ -89,10 +97,19 @@ static inline bool pm_probe_is_at_end(const struct pm_probe *probe, double t, do
     return !(gap > 0 && gap * fabs(cosine) > probe->tolerance);
 }
 
+/* A surface of another body than the one that the ray starts from passes within rounding of
+ * the start: it coincides with that one, and to meet it or not would be chance. So of two
+ * equal instances at one place neither shades the other. */
+static inline bool pm_probe_is_at_start(const struct pm_probe *probe, double t, double cosine)
+{
+    return probe->foreign && t * fabs(cosine) <= probe->tolerance;
+}
+
 /* Whether a hit at t could be the best; before its place in the shape is known. */
 static inline bool pm_probe_wants(const struct pm_probe *probe, double t, double cosine)
 {
-    return t >= probe->after.t && t <= probe->best.t && !pm_probe_is_at_end(probe, t, cosine);
+    return t >= probe->after.t && t <= probe->best.t && !pm_probe_is_at_end(probe, t, cosine) &&
+           !pm_probe_is_at_start(probe, t, cosine);
 }
 
 /* Takes the hit if it is the best so far; `local` is its surface's number in the body. At t =

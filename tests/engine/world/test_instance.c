@@ -299,6 +299,56 @@ static void closed_instances_leak_no_ray(void **state)
                  10000);
 }
 
+/* Two equal instances at one place, and the same once more in the main scene: what leaves their
+ * sides outwards is free. */
+static void equal_instances_do_not_shade_each_other(void **state)
+{
+    (void)state;
+    pm_world *world = world_of_one("void instance i 5 tree.oct -rx 20 -ry 33 0 0\n"
+                                   "void instance j 5 tree.oct -rx 20 -ry 33 0 0\n" GREY
+                                   "grey sphere far 0 0 4 9 9 9 1\n",
+                                   BOX);
+    pm_rng rng;
+    pm_rng_init(&rng, 10, PM_RNG_PATH, 0);
+    int met = 0;
+    for (int i = 0; i < 20000; i++) {
+        pm_ray ray = random_ray(world, &rng);
+        pm_hit hit, other;
+        if (!pm_world_intersect(world, &ray, &hit) || hit.surface == 0 ||
+            pm_vec3_dot(hit.normal, ray.direction) > 0)
+            continue;
+        double u[2];
+        draw(&rng, u, 2);
+        pm_vec3 out = pm_warp_sphere(u[0], u[1]);
+        if (pm_vec3_dot(out, hit.normal) < 0)
+            out = pm_vec3_negate(out);
+        pm_ray on = {hit.point, out, INFINITY, hit.surface};
+        assert_true(!pm_world_intersect(world, &on, &other) || other.surface == 0);
+        met++;
+    }
+    assert_in_range(met, 500, 20000);
+    pm_world_free(world);
+}
+
+static void surfaces_of_void_are_not_there(void **state)
+{
+    (void)state;
+    pm_world *world =
+        world_of_one("void sphere s 0 0 4 0 0 0 9\nvoid instance i 1 tree.oct 0 0\n"
+                     "void polygon p 0 0 9 -1 -1 .5 1 -1 .5 0 1 .5\n",
+                     GREY "grey sphere s 0 0 4 0 0 0 1\n"
+                          "void sphere t 0 0 4 0 0 0 2\n");
+    pm_ray ray = {pm_world_from_scene(world, pm_vec3_make(0, 0, 5)),
+                  {0, 0, -1},
+                  INFINITY,
+                  PM_NO_PRIMITIVE};
+    pm_hit met[4];
+    assert_int_equal(world->shape_count, 0);
+    assert_int_equal(walk(world, &ray, met), 2);
+    assert_near(pm_world_to_scene(world, met[0].point).z, 1, 1e-14);
+    pm_world_free(world);
+}
+
 /* ---- materials ---- */
 
 static pm_hit seen_from(const pm_world *world, pm_vec3 from, pm_vec3 direction)
@@ -535,6 +585,8 @@ int main(void)
         cmocka_unit_test(instances_nest),
         cmocka_unit_test(a_walk_meets_every_surface_once_in_order),
         cmocka_unit_test(closed_instances_leak_no_ray),
+        cmocka_unit_test(equal_instances_do_not_shade_each_other),
+        cmocka_unit_test(surfaces_of_void_are_not_there),
         cmocka_unit_test(the_outermost_modifier_replaces_all),
         cmocka_unit_test(instances_do_not_shine_but_are_seen),
         cmocka_unit_test(media_are_found_inside_instances),
