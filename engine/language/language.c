@@ -8,7 +8,8 @@
 #include "base/bytes.h"
 #include "language/language_internal.h"
 
-enum { NONE = UINT32_MAX, FILE_NAME_MAX = 255 };
+#define NONE UINT32_MAX
+enum { FILE_NAME_MAX = 255 };
 
 /* Expressions that were compiled before: by text, and then by real arguments. */
 struct pm_request {

@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-enum { DEPTH_MAX = 4096, PROBES = 5 };
+enum { DEPTH_MAX = 4096, PROBES = 3 };
 
 /* Follows what every evaluation must evaluate. */
 struct walk {
@@ -155,7 +155,7 @@ static pm_status check_sure(const pm_language *language, const struct pm_program
 /* Rays unlike each other: recursion that outruns the bounds for all of them has no end. */
 static void make_probe(int number, struct pm_ray_values *ray, double *args)
 {
-    static const double scale[PROBES] = {0, 1, -1, .37, -12.5};
+    static const double scale[PROBES] = {0, 1, -12.5};
     for (int i = 0; i < PM_RAY_VALUES; i++)
         ray->value[i] = scale[number] * (1 + i % 3 * .25);
     for (int i = 0; i < PM_LANGUAGE_PARAMETERS; i++)
