@@ -19,6 +19,27 @@ expect 0 "mat.global sphere obj.global" "$pm" pmapdump box.gpm
 expect 0 "" "$pm" scene check dump.rad
 expect 2 "exclude each other" "$pm" pmapdump -f -c 1 1 1 box.gpm
 
+# Octrees: what names its file is the scene itself, by its hash; what is frozen stands alone.
+"$pm" oconv box.rad >box.oct || fail "oconv"
+hash_of() {
+    "$pm" scene check "$1" | sed -n 's/.*octree *//p'
+}
+[ "$(hash_of box.oct)" = "$(hash_of box.rad)" ] || fail "an octree is another scene"
+"$pm" rpict -ab 1 -apg box.gpm 50 $view box.oct >oct.hdr || fail "a map does not suit the octree"
+"$pm" pmapdump .01 box.gpm | "$pm" oconv -n 16 - box.rad >dump.oct || fail "oconv of a dump"
+expect 0 "sphere" "$pm" scene check dump.oct
+mkdir alone
+"$pm" oconv -f -o alone/box.oct -r 64 box.rad || fail "oconv -f"
+expect 0 "" "$pm" scene check alone/box.oct
+cp box.oct alone/named.oct
+expect 1 "outside the scene's folder" "$pm" scene check alone/named.oct
+expect 0 "" "$pm" oconv -i alone/box.oct -o alone/more.oct dump.rad
+expect 2 "exclude each other" "$pm" oconv -i box.oct -b 0 0 0 1
+expect 2 "missing" "$pm" oconv
+expect 1 "say -i before it" "$pm" oconv box.oct
+expect 1 "does not hold the scene" "$pm" oconv -b 0 0 0 .1 -o bad.oct box.rad
+[ ! -e bad.oct ] || fail "a failed oconv left a file"
+
 # The wanted count within 2 %.
 photons=$("$pm" pmapinfo box.gpm | sed -n 's/^Photons: *//p')
 if [ "$photons" -lt 4900 ] || [ "$photons" -gt 5100 ]; then
