@@ -163,7 +163,7 @@ static bool place_of(const struct collector *c, const char *name, const char *fr
 
 static void note(struct list *list, const pm_word *word, const char *from)
 {
-    char text[300], place[200] = "";
+    char text[300], place[32] = ""; /* two ints */
     if (word->line)
         snprintf(place, sizeof place, ":%d:%d", word->line, word->column);
     snprintf(text, sizeof text, "%s'%.*s' (%.150s%s)", list->count ? ", " : "",
