@@ -80,7 +80,7 @@ static void print_enclosure(const pm_json *scene, FILE *to)
 {
     const pm_json *escaping = pm_json_get(scene, "escaping");
     if (pm_json_type_of(escaping) == PM_JSON_REAL)
-        fprintf(to, "%-13s %.2g %% of the lamps' paths leave the scene\n", "enclosure",
+        fprintf(to, "%-13s %.3g %% of the lamps' paths leave the scene\n", "enclosure",
                 100 * pm_json_number(escaping));
 }
 

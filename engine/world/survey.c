@@ -395,9 +395,9 @@ static void check_enclosure(struct survey *s)
     warn(
         s, leak ? PM_WARNING_LEAK : PM_WARNING_OPEN, last,
         leak
-            ? "%.2g %% of the lamps' paths leave the scene through a gap: one from '%.60s' at "
+            ? "%.3g %% of the lamps' paths leave the scene through a gap: one from '%.60s' at "
               "%.4g %.4g %.4g towards %.2f %.2f %.2f; do the walls meet there?"
-            : "%.2g %% of the lamps' paths leave the scene: one from '%.60s' at %.4g %.4g %.4g "
+            : "%.3g %% of the lamps' paths leave the scene: one from '%.60s' at %.4g %.4g %.4g "
               "towards %.2f %.2f %.2f; a room needs its walls, floor and ceiling, and there is "
               "no sky",
         100 * out->escaping, name_of(s, ray->from), p.x, p.y, p.z, d.x, d.y, d.z);
