@@ -134,7 +134,7 @@ static pm_status count_command(pm_parser *parser, const struct chain *parent,
 {
     pm_pipeline pipeline;
     const pm_word *missing = NULL;
-    pm_status st = pm_pipeline_read(lexer, &parser->scratch, &pipeline, NULL);
+    pm_status st = pm_pipeline_read(lexer, parser->bundle, &parser->scratch, &pipeline, NULL);
     if (!st && pipeline.generator)
         st = count_generator(parser, &pipeline, &parser->scratch, sum, NULL);
     *broken = st != PM_OK;

@@ -13,25 +13,32 @@ struct expansion {
     const char *text_name;              /* of its text, as if that were a file */
 };
 
+/* One of those that an xform makes. */
+struct copy {
+    const pm_xform *xform;
+    const pm_word *program;
+    uint64_t instance;
+};
+
 static bool is_usable(const pm_transform *t)
 {
     bool finite = isfinite(t->shift[0]) && isfinite(t->shift[1]) && isfinite(t->shift[2]);
     return finite && isnormal(t->scale) && isnormal(1 / t->scale);
 }
 
-static pm_status name_frame(const struct expansion *e, size_t stage, uint64_t index,
+static pm_status name_frame(const struct expansion *e, const struct copy *copy,
                             const pm_frame *frame, pm_frame *inner)
 {
-    const pm_xform *xform = &e->pipeline->xforms[stage];
+    const pm_xform *xform = copy->xform;
     pm_arena arena = {0};
     char *prefix = pm_arena_alloc(&arena, pm_xform_prefix_size(xform));
     pm_status st = PM_OK;
     if (prefix) {
-        pm_xform_instance_prefix(xform, index, prefix);
+        pm_xform_instance_prefix(xform, copy->instance, prefix);
         if (strlen(frame->prefix) + strlen(prefix) >= PM_PREFIX_MOST)
-            st = pm_word_error(
-                e->pipeline->programs[stage], PM_E_LIMIT, e->pipeline->file, e->parser->err,
-                "-n makes names longer than %d bytes; write a shorter one", PM_PREFIX_MOST);
+            st = pm_word_error(copy->program, PM_E_LIMIT, e->pipeline->file, e->parser->err,
+                               "-n makes names longer than %d bytes; write a shorter one",
+                               PM_PREFIX_MOST);
         else
             inner->prefix = pm_parser_name(e->parser, frame->prefix, prefix, strlen(prefix));
     }
@@ -40,11 +47,11 @@ static pm_status name_frame(const struct expansion *e, size_t stage, uint64_t in
 }
 
 /* What one instance of an xform makes of the frame in which its text is read. */
-static pm_status make_frame(const struct expansion *e, size_t stage, uint64_t index,
+static pm_status make_frame(const struct expansion *e, const struct copy *copy,
                             const pm_frame *frame, pm_frame *inner)
 {
-    const pm_xform *xform = &e->pipeline->xforms[stage];
-    const pm_transform own = pm_xform_instance(xform, index);
+    const pm_xform *xform = copy->xform;
+    const pm_transform own = pm_xform_instance(xform, copy->instance);
     *inner = (pm_frame){.transform = pm_transform_then(&own, &frame->transform),
                         .moved = true,
                         .inverted = frame->inverted != xform->invert,
@@ -57,9 +64,9 @@ static pm_status make_frame(const struct expansion *e, size_t stage, uint64_t in
     }
     if (!is_usable(&inner->transform))
         return pm_word_error(
-            e->pipeline->programs[stage], PM_E_RANGE, e->pipeline->file, e->parser->err,
+            copy->program, PM_E_RANGE, e->pipeline->file, e->parser->err,
             "the transforms together leave the range of doubles; scale or move less");
-    return name_frame(e, stage, index, frame, inner);
+    return name_frame(e, copy, frame, inner);
 }
 
 /* ---- where the text comes from ---- */
@@ -135,13 +142,16 @@ static pm_status expand(const struct expansion *e, const pm_frame *frame, size_t
 {
     if (!stages)
         return e->request ? run_generator(e, frame) : read_files(e, frame);
+    const struct pm_pipeline_xform *xform = &e->pipeline->xforms[stages - 1];
     pm_status st = PM_OK;
-    uint64_t instances = e->pipeline->xforms[stages - 1].instances;
-    for (uint64_t i = 0; !st && i < instances; i++) {
-        pm_frame inner;
-        st = make_frame(e, stages - 1, i, frame, &inner);
-        if (!st)
-            st = expand(e, &inner, stages - 1);
+    for (size_t k = 0; !st && k < xform->copy_count; k++) {
+        struct copy copy = {&xform->copies[k], xform->program, 0};
+        for (; !st && copy.instance < copy.xform->instances; copy.instance++) {
+            pm_frame inner;
+            st = make_frame(e, &copy, frame, &inner);
+            if (!st)
+                st = expand(e, &inner, stages - 1);
+        }
     }
     return st;
 }
@@ -165,7 +175,7 @@ pm_status pm_parser_expand(pm_parser *parser, const pm_frame *frame, pm_lexer *l
     pm_pipeline pipeline;
     pm_generate_request request;
     struct expansion e = {.parser = parser, .frame = frame, .pipeline = &pipeline};
-    pm_status st = pm_pipeline_read(lexer, &arena, &pipeline, parser->err);
+    pm_status st = pm_pipeline_read(lexer, parser->bundle, &arena, &pipeline, parser->err);
     if (!st)
         st = pm_parser_check_size(parser, frame->depth, &pipeline, &arena);
     if (!st && pipeline.generator) {

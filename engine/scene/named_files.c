@@ -50,11 +50,14 @@ static pm_status visit_generator(struct search *s, const pm_command *command)
 static pm_status visit_command(struct search *s, pm_lexer *lexer)
 {
     pm_pipeline pipeline;
-    pm_status st = pm_pipeline_read(lexer, &s->arena, &pipeline, NULL);
+    pm_status st = pm_pipeline_read(lexer, NULL, &s->arena, &pipeline, NULL);
     if (st)
         return st == PM_E_MEMORY ? st : PM_OK;
     for (size_t i = 0; !st && i < pipeline.file_count; i++)
         st = visit_word(s, &pipeline.files[i], 'r');
+    for (size_t i = 0; !st && i < pipeline.xform_count; i++)
+        if (pipeline.xforms[i].list)
+            st = visit_word(s, pipeline.xforms[i].list, 'v');
     return !st && pipeline.generator ? visit_generator(s, pipeline.generator) : st;
 }
 

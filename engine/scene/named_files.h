@@ -9,8 +9,8 @@
 
 /* One name.
  *   word  terminated; its place, line 0 in a binary file
- *   role  what it is: a letter of pm_type.strings, 'r' for a scene file, 'v' for the numbers
- *         that a generator reads, '?' for those if there is such a file
+ *   role  what it is: a letter of pm_type.strings, 'r' for a scene file, 'v' for what a
+ *         command reads, '?' for those if there is such a file
  * A status other than PM_OK ends the search. */
 typedef pm_status (*pm_named_file)(void *context, const pm_file *from, const pm_word *word,
                                    char role);

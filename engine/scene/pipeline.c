@@ -2,13 +2,15 @@
 
 #include <string.h>
 
+#include "scene/xform_list.h"
+
 struct reader {
     const pm_commands *commands;
     pm_arena *arena;
     pm_error *err;
     pm_pipeline *pipeline;
-    pm_xform *xforms;
-    const pm_word **programs;
+    const pm_bundle *bundle;
+    struct pm_pipeline_xform *xforms;
 };
 
 #define EXPAND                                                                                 \
@@ -64,17 +66,48 @@ static pm_status read_cat(struct reader *r, const pm_command *stage, bool first)
     return take_files(r, stage, stage->words + 1, stage->count - 1, first);
 }
 
+/* The copies that the lines of -f's file make. */
+static pm_status read_list(struct reader *r, const pm_command *stage,
+                           struct pm_pipeline_xform *out)
+{
+    const pm_file *file = pm_bundle_find(r->bundle, out->list->text, stage->file);
+    if (!file)
+        return pm_word_error(out->list, PM_E_MISSING, stage->file, r->err,
+                             "there is no file '%.*s', neither beside this one nor beside the "
+                             "main file",
+                             PM_WORD_SHOW(*out->list));
+    return pm_xform_list_parse(stage, out->copies, file->data, file->size, r->arena,
+                               &out->copies, &out->copy_count, r->err);
+}
+
+static uint64_t count_instances(const struct pm_pipeline_xform *xform)
+{
+    uint64_t sum = 0;
+    for (size_t i = 0; i < xform->copy_count; i++)
+        if (__builtin_add_overflow(sum, xform->copies[i].instances, &sum))
+            return UINT64_MAX;
+    return sum;
+}
+
 static pm_status read_xform(struct reader *r, const pm_command *stage, bool first)
 {
     pm_pipeline *p = r->pipeline;
-    pm_xform *xform = &r->xforms[p->xform_count];
+    struct pm_pipeline_xform *out = &r->xforms[p->xform_count];
+    pm_xform *xform = pm_arena_alloc(r->arena, sizeof *xform);
+    if (!xform)
+        return pm_error_set(r->err, PM_E_MEMORY,
+                            "not enough memory for a command of the scene");
     pm_status st = pm_xform_parse(stage, r->arena, xform, r->err);
     if (!st)
         st = take_files(r, stage, xform->files, xform->file_count, first);
+    *out = (struct pm_pipeline_xform){&stage->words[0], xform, 1, 0, xform->list};
+    if (!st && out->list && r->bundle)
+        st = read_list(r, stage, out);
     if (st)
         return st;
-    r->programs[p->xform_count++] = &stage->words[0];
-    if (__builtin_mul_overflow(p->instances, xform->instances, &p->instances))
+    p->xform_count++;
+    out->instances = count_instances(out);
+    if (__builtin_mul_overflow(p->instances, out->instances, &p->instances))
         p->instances = UINT64_MAX;
     return PM_OK;
 }
@@ -93,7 +126,8 @@ static pm_status read_stage(struct reader *r, size_t index)
     return PM_OK;
 }
 
-pm_status pm_pipeline_read(pm_lexer *lexer, pm_arena *arena, pm_pipeline *out, pm_error *err)
+pm_status pm_pipeline_read(pm_lexer *lexer, const pm_bundle *bundle, pm_arena *arena,
+                           pm_pipeline *out, pm_error *err)
 {
     pm_commands commands;
     pm_status st = pm_commands_read(lexer, arena, &commands, err);
@@ -105,11 +139,13 @@ pm_status pm_pipeline_read(pm_lexer *lexer, pm_arena *arena, pm_pipeline *out, p
             &commands.stages[PM_PIPELINE_STAGES].words[0], PM_E_LIMIT, lexer->file, err,
             "more than %d commands are joined by '|' here; join fewer", PM_PIPELINE_STAGES);
     pm_pipeline pipeline = {.file = lexer->file, .start = start, .instances = 1};
-    struct reader r = {
-        .commands = &commands, .arena = arena, .err = err, .pipeline = &pipeline};
+    struct reader r = {.commands = &commands,
+                       .arena = arena,
+                       .err = err,
+                       .pipeline = &pipeline,
+                       .bundle = bundle};
     pipeline.xforms = r.xforms = pm_arena_array(arena, commands.count, sizeof *r.xforms);
-    pipeline.programs = r.programs = pm_arena_array(arena, commands.count, sizeof *r.programs);
-    if (!r.xforms || !r.programs)
+    if (!r.xforms)
         return pm_error_set(err, PM_E_MEMORY, "not enough memory for a command of the scene");
     for (size_t i = 0; !st && i < commands.count; i++)
         st = read_stage(&r, i);

@@ -123,6 +123,7 @@ struct reader {
     pm_xform *xform;
     pm_xform_group *groups;
     bool moving; /* past the first transform: -m -n -I are over */
+    bool whole;  /* a command, not a primitive's transform */
 };
 
 static const pm_word *word(const struct reader *r)
@@ -273,6 +274,20 @@ static pm_status add_modifier(struct reader *r)
     return st;
 }
 
+static pm_status add_list(struct reader *r)
+{
+    size_t at = r->at;
+    pm_status st = take_value(r, "a file of argument lists");
+    if (!st && r->xform->list)
+        return pm_word_error(&r->command->words[at], PM_E_UNSUPPORTED, r->command->file, r->err,
+                             "-f cannot stand twice in one xform; join two by '|'");
+    if (st)
+        return st;
+    r->xform->list = word(r);
+    r->xform->list_at = at;
+    return PM_OK;
+}
+
 /* Options that must come before the transforms. *known is false if the word is none of them. */
 static pm_status leading_option(struct reader *r, bool *known)
 {
@@ -280,11 +295,8 @@ static pm_status leading_option(struct reader *r, bool *known)
     *known = option->length == 2 && option->text[1] && strchr("mnIecf", option->text[1]);
     if (!*known)
         return PM_OK;
-    if (option->text[1] == 'c' || option->text[1] == 'f')
-        return pm_word_error(option, PM_E_UNSUPPORTED, r->command->file, r->err,
-                             "xform's %s is not offered; expand this line beforehand with "
-                             "Radiance's own xform",
-                             option->text);
+    if (option->text[1] == 'f' && r->whole)
+        return add_list(r);
     if (r->moving)
         return pm_word_error(
             option, PM_E_SYNTAX, r->command->file, r->err,
@@ -295,7 +307,7 @@ static pm_status leading_option(struct reader *r, bool *known)
         return add_prefix(r);
     if (option->text[1] == 'I')
         r->xform->invert = !r->xform->invert;
-    return PM_OK; /* -e, to expand, is what happens anyway */
+    return PM_OK; /* -e and -c, to expand now or later, come to the same */
 }
 
 static pm_status read_options(struct reader *r)
@@ -329,13 +341,26 @@ static pm_status read_files(struct reader *r)
     return PM_OK;
 }
 
+/* No more groups than this, of PM_XFORM_GROUPS: a list has very many small ones. */
+static size_t group_limit(const pm_command *command)
+{
+    size_t count = 1;
+    for (size_t i = 1; i < command->count && count < PM_XFORM_GROUPS; i++)
+        count += pm_word_is(&command->words[i], "-a") || pm_word_is(&command->words[i], "-i");
+    return count;
+}
+
 pm_status pm_xform_parse(const pm_command *command, pm_arena *arena, pm_xform *out,
                          pm_error *err)
 {
     pm_xform xform = {.prefix = "", .instances = 1, .group_count = 1};
-    struct reader r = {
-        .command = command, .at = 1, .err = err, .arena = arena, .xform = &xform};
-    r.groups = pm_arena_array(arena, PM_XFORM_GROUPS, sizeof *r.groups);
+    struct reader r = {.command = command,
+                       .at = 1,
+                       .err = err,
+                       .arena = arena,
+                       .xform = &xform,
+                       .whole = true};
+    r.groups = pm_arena_array(arena, group_limit(command), sizeof *r.groups);
     if (!r.groups)
         return pm_error_set(err, PM_E_MEMORY, "not enough memory for a command of the scene");
     r.groups[0] = (pm_xform_group){.transform = pm_transform_identity(), .count = 1};

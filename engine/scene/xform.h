@@ -28,10 +28,15 @@ typedef struct pm_xform {
     uint64_t instances; /* product over the arrays; UINT64_MAX if larger */
     const pm_word *files;
     size_t file_count;
+    /* -f: the file whose lines say where the copies go (xform_list.h), and where -f stands in
+     * the command. NULL without; with it nothing of the above but files is final. */
+    const pm_word *list;
+    size_t list_at;
 } pm_xform;
 
-/* Parses the words of an xform; it may name no file. PM_E_UNSUPPORTED for its -f and -c;
- * PM_E_SYNTAX, PM_E_RANGE for arguments that are wrong; each with the place of the argument. */
+/* Parses the words of an xform; it may name no file. PM_E_UNSUPPORTED for a second
+ * -f; PM_E_SYNTAX, PM_E_RANGE for arguments that are wrong; each with the place of the
+ * argument. */
 PM_MUST_USE pm_status pm_xform_parse(const pm_command *command, pm_arena *arena, pm_xform *out,
                                      pm_error *err);
 

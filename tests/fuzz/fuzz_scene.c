@@ -44,6 +44,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
                                "ice cone c 0 0 8 0 0 0 0 0 1 1 .5\n"
                                "ice polygon p 0 0 9 0 0 0 1 0 0 1 1 0\n";
     static const char circle[] = "!xform -mx main.rad\n";
+    static const char list[] = "-t 1 0 0\n# second\n!xform -n b -rz 20 -a 2 -s \\\n 2\n";
     const pm_scene_limits limits = {
         .primitives = 2000, .reals = 20000, .bytes = 4 << 20, .nesting = 8};
     pm_error err = PM_ERROR_INIT;
@@ -51,7 +52,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     pm_bundle *bundle = pm_bundle_new();
     check(bundle && !pm_bundle_add(bundle, "main.rad", data, size, NULL) &&
           !pm_bundle_add(bundle, "part.rad", part, sizeof part - 1, NULL) &&
-          !pm_bundle_add(bundle, "circle.rad", circle, sizeof circle - 1, NULL));
+          !pm_bundle_add(bundle, "circle.rad", circle, sizeof circle - 1, NULL) &&
+          !pm_bundle_add(bundle, "list.txt", list, sizeof list - 1, NULL));
     pm_status st = pm_scene_parse(bundle, "main.rad", &limits, &scene, &err);
     if (st)
         check_error(&err, st);

@@ -181,6 +181,29 @@ static void a_link_within_the_folder_is_followed(void **state)
     pm_bundle_free(bundle);
 }
 
+static void files_that_commands_read_are_collected(void **state)
+{
+    (void)state;
+    write_file("room/commands.rad",
+               "!genprism m p corners.txt | xform -f places.txt\n!cat plain.rad | xform -rz 3\n"
+               "!gensurf m s s t heights.txt 2 2 -f hills.cal | cat\n"
+               "!gensurf m s s t s*t/2 2 2 -f rayinit.cal\n");
+    static const char *const names[] = {"commands.rad", "corners.txt", "heights.txt",
+                                        "hills.cal",    "places.txt",  "plain.rad"};
+    for (size_t i = 1; i < 6; i++) {
+        char path[40];
+        snprintf(path, sizeof path, "room/%s", names[i]);
+        write_file(path, "# a file\n");
+    }
+    pm_bundle *bundle = NULL;
+    const char *name = NULL;
+    assert_int_equal(pm_bundle_collect("room/commands.rad", NULL, &bundle, &name, NULL), PM_OK);
+    assert_int_equal(pm_bundle_count(bundle), 6);
+    for (size_t i = 0; i < 6; i++)
+        assert_string_equal(pm_bundle_at(bundle, i)->name, names[i]);
+    pm_bundle_free(bundle);
+}
+
 /* The parser says what is wrong with the text, so collecting goes on. */
 static void wrong_text_is_left_to_the_parser(void **state)
 {
@@ -225,6 +248,7 @@ int main(void)
         cmocka_unit_test(an_allowed_folder_is_taken_from),
         cmocka_unit_test(every_kind_of_file_is_collected),
         cmocka_unit_test(a_link_within_the_folder_is_followed),
+        cmocka_unit_test(files_that_commands_read_are_collected),
         cmocka_unit_test(wrong_text_is_left_to_the_parser),
         cmocka_unit_test(a_dash_reads_standard_input),
     };

@@ -55,7 +55,8 @@ static const char main_text[] =
     "words colorpict picture 7 noop noop noop p.hdr . Px Py 0 0\n"
     "!xform -n row -n left -m paint -a 3 -t 1 0 0 part.rad large.rad\n"
     "!xform placed.rad\n"
-    "!gensurf wall hill s t s*t 3 3 -s | xform -n hills -a 2 -t 1 0 0 | xform -rz 20\n";
+    "!gensurf wall hill s t s*t 3 3 -s | xform -n hills -a 2 -t 1 0 0 | xform -rz 20\n"
+    "!genbox wall box 1 1 1 | xform -f list.txt\n";
 static const char placed_text[] = "void instance i 1 tree.oct 0 0\n"
                                   "void mesh m 3 m.obj -s 2 0 0\n";
 static const char mesh_text[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl wall\nf 1 2 3\n";
@@ -93,6 +94,8 @@ static pm_bundle *make_bundle(void)
     assert_int_equal(pm_bundle_add(bundle, "p.hdr", "#?RADIANCE\n\n-Y 1 +X 1\nabcd", 27, NULL),
                      PM_OK);
     assert_int_equal(pm_bundle_add(bundle, "leaf.rad", "# leaf\n", 7, NULL), PM_OK);
+    assert_int_equal(pm_bundle_add(bundle, "list.txt", "-n a -t 1 0 0\n-rz 9\n", 20, NULL),
+                     PM_OK);
     free(large);
     return bundle;
 }

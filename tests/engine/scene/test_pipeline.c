@@ -112,6 +112,26 @@ static void a_sky_is_a_pattern_and_a_sun(void **state)
     pm_scene_free(scene);
 }
 
+/* As Radiance names them: the first -n with the copy's number, or i and the number. */
+static void a_list_makes_a_copy_for_each_line(void **state)
+{
+    (void)state;
+    static const char places[] =
+        "# two chairs\n-t 1 0 0\n\n!xform -t 2 0 0 \\\n -a 2 -t 0 1 0\n";
+    pm_scene *plain =
+        scene_of(WALL "!genworm wall w 0 0 t .5 1 | xform -f part.rad -s 2\n", places);
+    pm_scene *called =
+        scene_of(WALL "!genworm wall w 0 0 t .5 1 | xform -n chair -f part.rad\n", places);
+    assert_int_equal(plain->count, 1 + 3 * 3);
+    ASSERT_REALS(named(plain, "i0.w.s0"), 2, 0, 0, 1);
+    /* What follows the list belongs to its array. */
+    ASSERT_REALS(named(plain, "i1.0.w.s0"), 2, 0, 0, .5);
+    ASSERT_REALS(named(called, "chair.0.w.s0"), 1, 0, 0, .5);
+    ASSERT_REALS(named(called, "chair.1.1.w.s1"), 2, 1, 1, .5);
+    pm_scene_free(plain);
+    pm_scene_free(called);
+}
+
 /* Its text of 20 MB is made and read a piece at a time. */
 static void a_large_surface_is_read_in_pieces(void **state)
 {
@@ -133,6 +153,7 @@ int main(void)
         cmocka_unit_test(primitives_have_the_place_of_their_command),
         cmocka_unit_test(words_are_quoted_as_in_a_shell),
         cmocka_unit_test(a_sky_is_a_pattern_and_a_sun),
+        cmocka_unit_test(a_list_makes_a_copy_for_each_line),
         cmocka_unit_test(a_large_surface_is_read_in_pieces),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
