@@ -173,14 +173,42 @@ static void forest(struct text *t, size_t count)
     add_lamp(t);
 }
 
+/* One mesh of the hills, smooth, in Wavefront's format: the scene is a line. */
+static void add_mesh(pm_bundle *bundle, size_t count)
+{
+    size_t across = (size_t)ceil(sqrt((double)count / 2));
+    struct text t = {0};
+    pm_error err = PM_ERROR_INIT;
+    for (size_t j = 0; j <= across; j++)
+        for (size_t i = 0; i <= across; i++) {
+            ADD(&t, "v");
+            add_corner(&t, i, j, across);
+            ADD(&t, "\nvn 0 %.6g 1\nvt %.6g %.6g\n", .1 * sin((double)i),
+                (double)i / (double)across, (double)j / (double)across);
+        }
+    ADD(&t, "usemtl grey\n");
+    for (size_t k = 0; k < count; k++) {
+        size_t i = k / 2 % across, j = k / 2 / across, upper = k % 2;
+        size_t a = j * (across + 1) + i + 1, b = a + 1 + upper * (across + 1);
+        size_t c = a + !upper + across + 1;
+        ADD(&t, "f %zu/%zu/%zu %zu/%zu/%zu %zu/%zu/%zu\n", a, a, a, b, b, b, c, c, c);
+    }
+    bench_check(pm_bundle_add(bundle, "hills.obj", t.data, t.size, &err), &err);
+    free(t.data);
+}
+
+static void mesh(struct text *t, size_t count)
+{
+    (void)count;
+    ADD(t, "%svoid mesh hills 1 hills.obj 0 0\n", materials);
+    add_lamp(t);
+}
+
 static const struct kind {
     const char *name;
     void (*make)(struct text *t, size_t count);
-} kinds[] = {{"mixed", mixed},
-             {"triangles", triangles},
-             {"boxes", boxes},
-             {"round", rounds},
-             {"forest", forest}};
+} kinds[] = {{"mixed", mixed},  {"triangles", triangles}, {"boxes", boxes},
+             {"round", rounds}, {"forest", forest},       {"mesh", mesh}};
 
 /* Random rays per CPU second. */
 static double ray_rate(const pm_world *world)
@@ -221,6 +249,8 @@ static void run(const struct kind *kind, size_t count)
     bench_check(pm_bundle_add(bundle, "scene.rad", text.data, text.size, &err), &err);
     add_tree(bundle);
     add_files(bundle, "place.rad", "void instance tree 1 tree.oct 0 0\n");
+    if (kind->make == mesh)
+        add_mesh(bundle, count);
     double own = (double)text.size / 1048576;
     free(text.data);
     bench_time start = bench_now();
