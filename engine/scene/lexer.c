@@ -112,6 +112,10 @@ pm_status pm_word_error(const pm_word *word, pm_status status, const char *file,
 
 bool pm_word_is(const pm_word *word, const char *text)
 {
-    return word->text && strlen(text) == word->length &&
-           memcmp(word->text, text, word->length) == 0;
+    if (!word->text)
+        return false;
+    for (size_t i = 0; i < word->length; i++)
+        if (text[i] != word->text[i] || !text[i])
+            return false;
+    return !text[word->length];
 }

@@ -49,9 +49,11 @@ pm_status pm_statement_count(pm_lexer *lexer, const char *what, pm_word *word, s
                              pm_error *err)
 {
     int64_t count;
-    char expected[64] = "the number of ";
-    strncat(expected, what, sizeof expected - 1 - strlen(expected));
-    pm_status st = pm_statement_word(lexer, expected, word, err);
+    pm_status st = pm_lexer_word(lexer, word, err);
+    if (!st && !word->text)
+        st = pm_word_error(
+            word, PM_E_SYNTAX, lexer->file, err,
+            "the file ends inside a primitive; the number of %s should come here", what);
     if (st)
         return st;
     pm_number number = pm_word_integer(word, &count);

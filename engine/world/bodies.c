@@ -136,6 +136,18 @@ static uint32_t material_of(const struct maker *m, int32_t modifier)
                                : m->identity->materials.of_primitive[modifier];
 }
 
+/* Where the shapes of primitives soon to come are to be written: anywhere in memory. */
+static void prefetch(const struct maker *m, const struct pm_body *b, size_t i, size_t end)
+{
+    enum { AHEAD = 8, LINE = 64 };
+    if (i + AHEAD >= end || m->place[i + AHEAD] == PM_NO_PRIMITIVE ||
+        is_instance(&m->scene->primitives[i + AHEAD]))
+        return;
+    const char *shape = (const char *)&b->shapes[m->place[i + AHEAD]];
+    for (size_t at = 0; at < sizeof *b->shapes; at += LINE)
+        __builtin_prefetch(shape + at, 1);
+}
+
 /* In file order, as above. */
 static pm_status make_shapes(const struct maker *m, struct pm_body *b,
                              const struct source *source)
@@ -150,6 +162,7 @@ static pm_status make_shapes(const struct maker *m, struct pm_body *b,
         if (m->place[i] == PM_NO_PRIMITIVE || is_instance(p))
             continue;
         struct pm_shape *shape = &b->shapes[m->place[i]];
+        prefetch(m, b, i, source->end);
         pm_status status = pm_shape_make(m->scene, p, &frame, &m->world->arena, shape, m->err);
         if (status)
             return status;

@@ -1,3 +1,4 @@
+#include "world/body.h"
 #include "world/light.h"
 
 #include <math.h>
@@ -185,7 +186,7 @@ static void fill(const pm_world *world, struct pm_lights *l)
 
 static void set_bounding_sphere(const pm_world *world, struct pm_lights *l)
 {
-    if (!world->shape_count)
+    if (!world->main->count)
         return;
     pm_vec3 low = pm_world_from_scene(world, world->low);
     pm_vec3 high = pm_world_from_scene(world, world->high);

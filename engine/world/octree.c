@@ -265,6 +265,15 @@ static uint64_t code_of(const struct item *item)
     return pm_morton_code(sum.x / 2, sum.y / 2, sum.z / 2);
 }
 
+enum { AHEAD = 8 };
+
+/* Shapes are scattered over memory: ask for them before they are needed. */
+static void prefetch(const pm_world *world, uint32_t number)
+{
+    if (number < world->shape_count)
+        __builtin_prefetch(&world->shapes[number].low);
+}
+
 /* The top's set: all items, neighbours in space beside each other. */
 static bool list_items(struct builder *b, size_t count)
 {
@@ -278,6 +287,7 @@ static bool list_items(struct builder *b, size_t count)
     }
     ready = ready && !pm_radix_sort(order, count);
     for (uint32_t i = 0; ready && i < count; i++) {
+        prefetch(b->world, i + AHEAD < count ? order[i + AHEAD].value : UINT32_MAX);
         set_item(b->world, order[i].value, &b->items[i]);
         b->set[i] = i;
         b->marks[i].inside = true;

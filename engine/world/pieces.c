@@ -13,8 +13,6 @@ struct place {
     uint32_t shape, triangle;
 };
 
-enum { AHEAD = 8 }; /* shapes are scattered over memory: ask for them before they are needed */
-
 static bool is_planar(const struct pm_body *body, const struct pm_shape *s)
 {
     return s->deviation <= body->tolerance;
@@ -106,6 +104,21 @@ static struct pm_piece_owner make_owner(const struct pm_body *body, uint32_t ind
                                    s->layer, s->flipped, is_planar(body, s)};
 }
 
+/* Shapes are scattered over memory, and their vertices elsewhere: ask for them before they are
+ * needed. */
+static void prefetch(const struct pm_body *body, const struct place *places,
+                     const pm_keyed *order, size_t count, size_t i)
+{
+    enum { AHEAD = 8 };
+    if (i + 2 * AHEAD >= count)
+        return;
+    const struct pm_shape *far = &body->shapes[places[order[i + 2 * AHEAD].value].shape];
+    __builtin_prefetch(far);
+    __builtin_prefetch(&far->axis);
+    __builtin_prefetch(&far->vertices);
+    __builtin_prefetch(body->shapes[places[order[i + AHEAD].value].shape].vertices);
+}
+
 pm_status pm_pieces_build(const struct pm_body *body, struct pm_pieces *out)
 {
     size_t triangles = 0, count = 0;
@@ -123,8 +136,7 @@ pm_status pm_pieces_build(const struct pm_body *body, struct pm_pieces *out)
                  !pm_radix_sort(order, count);
     for (size_t i = 0; ready && i < count; i++) {
         const struct place *place = &places[order[i].value];
-        if (i + AHEAD < count)
-            __builtin_prefetch(&body->shapes[places[order[i + AHEAD].value].shape].axis);
+        prefetch(body, places, order, count, i);
         make_piece(body, place, &out->piece[i]);
         out->owner[i] = make_owner(body, place->shape);
     }

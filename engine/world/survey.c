@@ -1,3 +1,4 @@
+#include "world/body.h"
 #include "world/survey.h"
 
 #include <math.h>
@@ -288,7 +289,7 @@ static void check_lamps(struct survey *s)
 {
     const struct pm_lights *lights = s->world->lights;
     size_t looked_at = 0;
-    if (s->world->shape_count < 2)
+    if (s->world->main->count < 2)
         return;
     for (size_t i = 0; i < lights->count && looked_at < LAMPS; i++) {
         if (lights->lights[i].surface == PM_NO_PRIMITIVE || !(lights->lights[i].chance > 0))

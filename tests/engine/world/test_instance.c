@@ -415,6 +415,26 @@ static void instances_do_not_shine_but_are_seen(void **state)
     pm_scene_free(scene);
 }
 
+/* A sun's power is radiance, solid angle and the disc that the scene shows it. */
+static void the_sun_lights_a_scene_of_instances(void **state)
+{
+    (void)state;
+    const char *sun = "void light bright 0 0 3 1 1 1\nbright source sun 0 0 4 0 0 1 .5\n";
+    struct text placed = {0}, written = {0};
+    add(&placed, "%svoid instance i 1 tree.oct 0 0\n", sun);
+    add(&written, "%s%s", sun, BOX);
+    pm_world *a = world_of_one(placed.data, BOX), *b = world_of_one(written.data, BOX);
+    pm_world_info p, q;
+    pm_world_info_get(a, &p);
+    pm_world_info_get(b, &q);
+    assert_true(p.power.g > 0);
+    assert_near(p.power.g, q.power.g, 1e-12 * q.power.g);
+    pm_world_free(a);
+    pm_world_free(b);
+    free(placed.data);
+    free(written.data);
+}
+
 #define INK "void dielectric ink 0 0 5 .5 .6 .7 1.3 0\n"
 
 static void media_are_found_inside_instances(void **state)
@@ -589,6 +609,7 @@ int main(void)
         cmocka_unit_test(surfaces_of_void_are_not_there),
         cmocka_unit_test(the_outermost_modifier_replaces_all),
         cmocka_unit_test(instances_do_not_shine_but_are_seen),
+        cmocka_unit_test(the_sun_lights_a_scene_of_instances),
         cmocka_unit_test(media_are_found_inside_instances),
         cmocka_unit_test(antimatter_cuts_within_instances),
         cmocka_unit_test(functions_see_the_instances_coordinates),
