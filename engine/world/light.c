@@ -1,10 +1,10 @@
-#include "world/body.h"
 #include "world/light.h"
 
 #include <math.h>
 
 #include "base/maths.h"
 #include "base/warp.h"
+#include "world/body.h"
 #include "world/cap.h"
 #include "world/lights.h"
 

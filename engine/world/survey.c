@@ -1,4 +1,3 @@
-#include "world/body.h"
 #include "world/survey.h"
 
 #include <math.h>
@@ -8,6 +7,7 @@
 #include <string.h>
 
 #include "base/rng.h"
+#include "world/body.h"
 #include "world/light.h"
 #include "world/lights.h"
 #include "world/media.h"
