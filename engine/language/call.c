@@ -264,13 +264,14 @@ uint32_t pm_compile_call_of(struct compiler *c, const struct pm_node *node,
     uint32_t count = c->stack.count - first;
     struct pm_definition *definition = name->definition;
     if (!definition || definition->parameter_count == 0) {
-        if (!name->builtin)
-            return c->constant ? pm_emit_missing(c, node)
-                               : FAIL(c, node, PM_E_MISSING,
-                                      "there is no function %.*s; define it in this file or in "
-                                      "one that is read before",
-                                      pm_name_length(name->text), name->text);
-        return library_call(c, node, name->builtin, first);
+        if (name->builtin)
+            return library_call(c, node, name->builtin, first);
+        c->stack.count = first;
+        return c->constant ? pm_emit_missing(c, node)
+                           : FAIL(c, node, PM_E_MISSING,
+                                  "there is no function %.*s; define it in this file or in "
+                                  "one that is read before",
+                                  pm_name_length(name->text), name->text);
     }
     uint32_t wanted = count < definition->parameter_count ? count : definition->parameter_count;
     memcpy(args, c->stack.data + first, wanted * sizeof *args);

@@ -6,10 +6,15 @@ enum { DEPTH_MAX = 4096 };
 
 static uint32_t add_ray(struct compiler *c, const struct pm_node *node)
 {
+    /* Only the prelude may ask for those that have no number in Radiance. */
+    uint32_t most = node->source == PM_SOURCE_RAY ? PM_RAY_VALUES : PM_RAY_LV + 1;
+    if (node->index < 1 || node->index > most)
+        return FAIL(c, node, PM_E_RANGE,
+                    "there is no channel of this number; a ray has $1 to $%d", PM_RAY_LV + 1);
     if (c->constant)
         return pm_emit_missing(c, node);
-    c->uses |= 1ull << node->index;
-    return pm_emit(c, (struct pm_op){.code = PM_OP_RAY, .height = 1, .a = node->index});
+    c->uses |= 1ull << (node->index - 1);
+    return pm_emit(c, (struct pm_op){.code = PM_OP_RAY, .height = 1, .a = node->index - 1});
 }
 
 static uint32_t two_terms(struct compiler *c, bool product, uint32_t first, uint32_t second,

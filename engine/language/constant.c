@@ -1,29 +1,24 @@
 /* Constants: expressions that are evaluated while they are read. */
 #include "language/compile_internal.h"
 
-static const char *missing_text(const struct pm_node *node)
-{
-    if (node->kind == PM_NODE_CHANNEL)
-        return "a constant (:) cannot depend on the ray; write =";
-    const struct pm_name *name = node->kind == PM_NODE_NAME          ? node->name
-                                 : node->first->kind == PM_NODE_NAME ? node->first->name
-                                                                     : NULL;
-    if (name && (name->definition || name->builtin))
-        return "a constant (:) cannot depend on real arguments; write =";
-    return "a constant needs this, which is not defined yet";
-}
-
+/* What a constant asked for and cannot have. */
 static void constant_lacks(const struct compiler *c, const struct pm_node *place,
                            const struct pm_node *missing)
 {
-    const char *name = missing->kind == PM_NODE_NAME ? missing->name->text : "";
-    int length = pm_name_length(name);
-    if (missing->kind == PM_NODE_NAME && pm_name_is_callable(missing->name))
+    const struct pm_node *callee = missing->kind == PM_NODE_CALL ? missing->first : missing;
+    const struct pm_name *name = callee->kind == PM_NODE_NAME ? callee->name : NULL;
+    int length = name ? pm_name_length(name->text) : 0;
+    bool variable = name && name->definition && name->definition->parameter_count == 0;
+    if (missing->kind == PM_NODE_CHANNEL)
+        FAIL(c, place, PM_E_MISSING, "a constant (:) cannot depend on the ray; write =");
+    else if (name && (missing == callee ? variable : name->builtin && !variable))
+        FAIL(c, place, PM_E_MISSING, "a constant (:) cannot depend on real arguments; write =");
+    else if (missing == callee && name && pm_name_is_callable(name))
         FAIL(c, place, PM_E_MISSING,
-             "%.*s is a function: it needs its arguments, as in %.*s(x)", length, name, length,
-             name);
+             "%.*s is a function: it needs its arguments, as in %.*s(x)", length, name->text,
+             length, name->text);
     else
-        FAIL(c, place, PM_E_MISSING, "%s", missing_text(missing));
+        FAIL(c, place, PM_E_MISSING, "a constant needs this, which is not defined yet");
 }
 
 static pm_status constant_fault(const struct compiler *c, const struct pm_node *node,

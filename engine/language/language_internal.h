@@ -26,7 +26,7 @@ struct pm_node {
     struct pm_node *first, *next;
     union {
         double number;
-        uint32_t index; /* parameter or channel, from 0 */
+        uint32_t index; /* parameter from 0, channel from 1 */
         struct pm_name *name;
     };
 };

@@ -313,16 +313,9 @@ static struct pm_node *channel(struct parser *p)
         return NULL;
     for (; is_digit(peek(p)); step(p))
         number = number < 1000 ? 10 * number + (unsigned long)(peek(p) - '0') : number;
-    /* Only the prelude may ask for those that have no number in Radiance. */
-    unsigned long most = p->source == PM_SOURCE_RAY ? PM_RAY_VALUES : PM_RAY_LV + 1;
-    if (number < 1 || number > most) {
-        FAIL(p, place, PM_E_RANGE, "there is no channel of this number; a ray has $1 to $%d",
-             PM_RAY_LV + 1);
-        return NULL;
-    }
     struct pm_node *node = new_node(p, PM_NODE_CHANNEL, place);
     if (node)
-        node->index = (uint32_t)number - 1;
+        node->index = (uint32_t)number; /* from 1, and 0 is none */
     return skip(p) ? NULL : node;
 }
 
