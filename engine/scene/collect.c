@@ -89,6 +89,11 @@ static pm_status read_all(struct collector *c, int fd, const char *path, pm_byte
     return st;
 }
 
+static pm_status folder_error(struct collector *c, const char *path)
+{
+    return pm_error_set(c->err, PM_E_IO, "'%.300s' is a folder; name a file", path);
+}
+
 static pm_status enqueue(struct collector *c, const pm_file *file, char role)
 {
     if (c->queue_length == c->queue_capacity) {
@@ -111,7 +116,7 @@ static pm_status add_open_file(struct collector *c, int fd, const char *path, co
     pm_bytes data = {0};
     pm_status st = fstat(fd, &info) ? io_error(c, path) : PM_OK;
     if (!st && S_ISDIR(info.st_mode))
-        st = pm_error_set(c->err, PM_E_IO, "'%.300s' is a folder; name a file", path);
+        st = folder_error(c, path);
     if (!st)
         st = read_all(c, fd, path, &data);
     if (!st)
@@ -339,8 +344,11 @@ static pm_status name_main(struct collector *c, const char *path, size_t count,
     const char *name = strcmp(path, "-") == 0 ? "stdin.rad"
                        : count == 1 && slash  ? slash + 1
                                               : path;
+    struct stat info;
     if (pm_path_join(NULL, name, out))
         return PM_OK;
+    if (!stat(path, &info) && S_ISDIR(info.st_mode))
+        return folder_error(c, path);
     return pm_error_set(c->err, PM_E_RANGE,
                         "'%.200s' cannot be the name of a scene's file; give a shorter one, "
                         "relative to the current folder",
