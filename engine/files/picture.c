@@ -13,7 +13,7 @@
 /* Rows of length outside these bounds are never run-length encoded the new way (MINELEN,
  * MAXELEN in Radiance's src/common/color.c). */
 enum { RUN_WIDTH_MIN = 8, RUN_WIDTH_MAX = 0x7FFF };
-enum { PIXELS_MAX = 1 << 28 };
+enum { PIXELS_MAX = 1 << 27 };
 enum { LINE_MAX_BYTES = 2048 };
 
 struct pm_picture {
@@ -328,7 +328,7 @@ static pm_status check_size(const struct reading *r)
     uint64_t lines = r->rows ? r->height : r->width;
     if ((uint64_t)r->width * r->height > PIXELS_MAX)
         return pm_error_set_at(r->err, PM_E_LIMIT, r->name, 0, 0,
-                               "the picture has %u x %u pixels; 2^28 are allowed", r->width,
+                               "the picture has %u x %u pixels; 2^27 are allowed", r->width,
                                r->height);
     uint64_t least = r->spectral ? (uint64_t)r->width * (uint64_t)(r->bands + 1) : 4;
     if ((uint64_t)(r->end - r->at) / least < lines) /* no scan line takes less */

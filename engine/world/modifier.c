@@ -5,6 +5,8 @@
 #include "world/material.h"
 #include "world/spectrum.h"
 
+enum { TEXT_MAX = 1 << 22 }; /* bytes of all texts that a scene sets */
+
 struct preparing {
     struct pm_modifier *modifier;
     pm_world *world;
@@ -59,6 +61,9 @@ static pm_status prepare_ink(const struct preparing *p)
         return refuse(p, PM_E_RANGE,
                       "has its vectors to the right and down parallel, or too short");
     const pm_asset *words = pm_assets_at(p->world->assets, m->assets[font + 1]);
+    p->world->text_size += words->text.size;
+    if (p->world->text_size > TEXT_MAX)
+        return refuse(p, PM_E_LIMIT, "brings the scene's texts to more than 4 MiB");
     pm_error why = PM_ERROR_INIT;
     if (pm_text_new(pm_assets_at(p->world->assets, m->assets[font])->font, words->text.bytes,
                     words->text.size, m->real_count > spacing ? &m->reals[spacing] : NULL,

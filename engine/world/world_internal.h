@@ -69,6 +69,7 @@ struct pm_world {
     const pm_digest *distant_digests;
 
     struct pm_assets *assets; /* a share: files and functions of the modifiers */
+    size_t text_size;         /* bytes of the texts that modifiers set; modifier.c */
 
     /* Filled by pm_materials_compile (material.c); freed with the arena. */
     size_t material_count;

@@ -247,7 +247,7 @@ static void pictures_say_what_is_wrong(void **state)
     REFUSES("#?RADIANCE\n\n-Y 0 +X 3\n",
             "p.hdr: the picture's size must follow its header, such as '-Y 480 +X 640'");
     REFUSES("#?RADIANCE\n\n-Y 2147483647 +X 2147483647\nabcd",
-            "p.hdr: the picture has 2147483647 x 2147483647 pixels; 2^28 are allowed");
+            "p.hdr: the picture has 2147483647 x 2147483647 pixels; 2^27 are allowed");
     REFUSES("#?RADIANCE\n\n-Y 1000000 +X 10\nabcd",
             "p.hdr: the picture of 10 x 1000000 pixels is cut short");
     REFUSES("#?RADIANCE\n\n-Y 1 +X 8\n\2\2\0\x9zzzzzzzz",

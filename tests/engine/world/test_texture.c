@@ -485,6 +485,36 @@ static void what_cannot_be_evaluated_is_refused(void **state)
             "have as many");
 }
 
+/* Each primitive sets its text anew, so all together are limited. */
+static void texts_are_limited(void **state)
+{
+    (void)state;
+    enum { SIZE = 1 << 20, LINE = 500 };
+    pm_error err = PM_ERROR_INIT;
+    pm_world *world = NULL;
+    pm_scene *scene = NULL;
+    struct text text = {0};
+    char *long_text = malloc(SIZE);
+    assert_non_null(long_text);
+    for (int i = 0; i < SIZE; i++)
+        long_text[i] = i % LINE ? 'A' : '\n';
+    for (int i = 0; i < 5; i++)
+        add(&text, "%s brighttext %s 2 a.fnt l.txt 0 11 0 0 %d 1 0 0 0 1 0 1 0\n",
+            i ? "p" : "void", "p", i);
+    add(&text, SQUARE);
+    pm_bundle *bundle = pm_bundle_new();
+    add_file(bundle, "test.rad", text.data, text.size);
+    add_file(bundle, "a.fnt", font_fnt, strlen(font_fnt));
+    add_file(bundle, "l.txt", long_text, SIZE);
+    assert_int_equal(pm_scene_parse(bundle, "test.rad", NULL, &scene, &err), PM_OK);
+    assert_int_equal(pm_world_compile(scene, &world, &err), PM_E_LIMIT);
+    assert_string_equal(err.text, "brighttext 'p' brings the scene's texts to more than 4 MiB");
+    pm_scene_free(scene);
+    pm_bundle_free(bundle);
+    free(long_text);
+    free(text.data);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -504,6 +534,7 @@ int main(void)
         cmocka_unit_test(patterns_do_not_make_energy),
         cmocka_unit_test(media_take_constant_patterns),
         cmocka_unit_test(meshes_bring_coordinates_and_normals),
+        cmocka_unit_test(texts_are_limited),
         cmocka_unit_test(what_cannot_be_evaluated_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
