@@ -4,8 +4,17 @@
 #include "base/rgb.h"
 #include "world/world.h"
 
-/* Lights: every surface or distant source whose material emits (light, glow of radius >= 0,
- * spotlight, illum). A glow of negative radius is seen but lights nothing, as in Radiance.
+/* Lights: every surface of the main scene and every distant source whose material emits (light,
+ * glow of radius >= 0, spotlight, illum). A glow of negative radius, a lamp in an instance and
+ * one that a mixture shows are seen but light nothing, as in Radiance (marksources in
+ * source.c).
+ *
+ * Radiance is the material's colour times its patterns, wherever it is asked for; negative
+ * parts are 0. A pattern sees the ray that looks at the lamp: D runs towards it, P lies on it,
+ * Ts is the distance; of a distant source it sees the direction alone, P being 0. A photon's
+ * pattern is that seen from afar, Ts being the diameter of the scene.
+ *
+ * An illum may show a lamp (its alternate): that is seen, and lights nothing either.
  *
  * An illum stands for all light that leaves through its front, but for light that comes
  * straight from a light or spotlight (Radiance's illumblock and badcomponent in source.c). So
@@ -30,10 +39,13 @@ double pm_emission_share(const pm_emission *emission, double distance);
 
 /* u[0] picks the light in proportion to its power, u[1..2] the place, u[3..4] the direction.
  * Distant sources emit onto the disc that the scene's bounding sphere shows them.
- * False if the world has no light that emits. Test: emission_sums_to_power. */
+ * Patterned lights send photons where they are bright (light_pattern.h), with their exact
+ * weights. False if the world has no light that emits. Tests: emission_sums_to_power,
+ * photons_from_skies_carry_their_integral. */
 bool pm_light_emit(const pm_world *world, const double u[5], pm_emission *out);
 
-/* Power of all lights [W / scale^2]. */
+/* Power of all lights [W / scale^2]; of patterned ones by quadrature, which steers the choice
+ * of lights and biases nothing. */
 pm_rgb pm_light_total_power(const pm_world *world);
 
 /* One next-event sample. */

@@ -14,7 +14,9 @@
  * would lie, for the antimatter's far boundary. Of more than PM_MEDIA_MAX nested volumes the
  * innermost do not count.
  *
- * A mist's list of light names is accepted; all lights scatter in every mist. */
+ * A mist's list of light names is accepted; all lights scatter in every mist. In Radiance the
+ * list says for which lights a ray without a volume photon map looks (slights, in m_mist.c and
+ * srcscatter of source.c); with one, all are in it there too ("unconditional inscattering"). */
 
 enum { PM_MEDIA_MAX = 16 };
 

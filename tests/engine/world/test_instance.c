@@ -596,6 +596,34 @@ static void numbers_do_not_depend_on_order(void **state)
     pm_world_free(b);
 }
 
+/* ---- lamps ---- */
+
+/* As in Radiance only what is not in an instance is a source. Patterns see the instance's own
+ * coordinates: there the ray that looks down comes along -x. */
+static void lamps_in_instances_are_seen_and_light_nothing(void **state)
+{
+    (void)state;
+    pm_world *world =
+        world_of_one(GREY "void instance i 3 tree.oct -ry -90 0 0\n"
+                          "grey polygon floor 0 0 12 -2 -2 -2 2 -2 -2 2 2 -2 -2 2 -2\n",
+                     "void brightfunc b 2 2-Dx . 0 0\nb light l 0 0 3 1 2 3\n"
+                     "l ring r 0 0 8 0 0 0 1 0 0 0 1\n");
+    const pm_vec3 up = {0, 0, 1}, down = {0, 0, -1};
+    pm_ray ray = {pm_world_from_scene(world, up), down, INFINITY, PM_NO_PRIMITIVE};
+    pm_hit hit;
+    pm_light_sample sample;
+    pm_emission emission;
+    assert_true(pm_world_intersect(world, &ray, &hit));
+    assert_true(hit.surface >= world->shape_count);
+    assert_near(pm_light_seen_radiance(world, &hit, up).g, 6, 1e-12);
+    assert_true(pm_rgb_is_black(pm_light_seen_radiance(world, &hit, down)));
+    assert_true(pm_rgb_is_black(pm_light_radiance(world, &hit, up)));
+    assert_near(pm_light_pdf_surface(world, up, down, &hit), 0, 0);
+    assert_false(pm_light_sample_at(world, up, (double[3]){.5, .5, .5}, &sample));
+    assert_false(pm_light_emit(world, (double[5]){.5, .5, .5, .5, .5}, &emission));
+    pm_world_free(world);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -615,6 +643,7 @@ int main(void)
         cmocka_unit_test(functions_see_the_instances_coordinates),
         cmocka_unit_test(digests_cover_contents_transform_and_modifier),
         cmocka_unit_test(numbers_do_not_depend_on_order),
+        cmocka_unit_test(lamps_in_instances_are_seen_and_light_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

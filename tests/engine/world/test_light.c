@@ -182,6 +182,28 @@ static void lamp_behind_an_illum_is_seen(void **state)
     pm_world_free(world);
 }
 
+/* Radiance's findmaterial: a mixture is no source; its components show what they are. */
+static void lamps_in_a_mixture_are_seen_and_light_nothing(void **state)
+{
+    (void)state;
+    pm_world *world = world_of(
+        "void light l 0 0 3 8 8 8\nvoid brightfunc b 2 \"2\" . 0 0\nb glow g 0 0 4 2 2 2 0\n"
+        "void plastic p 0 0 5 .5 .5 .5 0 0\n"
+        "void mixfunc n 4 g p \"if(Px,.5,1)\" . 0 0\n"
+        "void mixfunc m 4 l n \".25\" . 0 0\n"
+        "m ring a 0 0 8 0 0 0 0 0 1 0 1");
+    const pm_vec3 up = {0, 0, 1}, down = {0, 0, -1};
+    pm_hit hit = hit_along(world, (pm_vec3){.1, 0, 1}, down);
+    assert_near(pm_light_seen_radiance(world, &hit, up).r, .25 * 8 + .75 * .5 * 4, 1e-14);
+    assert_true(pm_rgb_is_black(pm_light_radiance(world, &hit, up)));
+    assert_true(pm_rgb_is_black(pm_light_seen_radiance(world, &hit, down)));
+    hit = hit_along(world, (pm_vec3){-.1, 0, 1}, down);
+    assert_near(pm_light_seen_radiance(world, &hit, up).r, .25 * 8 + .75 * 4, 1e-14);
+    pm_light_sample sample;
+    assert_false(pm_light_sample_at(world, up, (double[3]){.5, .5, .5}, &sample));
+    pm_world_free(world);
+}
+
 /* Order in the file must not steer photons. */
 static void order_in_the_file_changes_no_photon(void **state)
 {
@@ -216,6 +238,7 @@ int main(void)
         cmocka_unit_test(distant_glow_shows_only_where_no_light_does),
         cmocka_unit_test(illum_stands_in_for_light_that_leaves_its_front),
         cmocka_unit_test(lamp_behind_an_illum_is_seen),
+        cmocka_unit_test(lamps_in_a_mixture_are_seen_and_light_nothing),
         cmocka_unit_test(order_in_the_file_changes_no_photon),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -55,6 +55,9 @@ static char *make_text(void)
             "void mixfunc both 4 words bumps Py . 0 0\nboth plastic paint 0 0 5 .5 .5 .5 0 0\n"
             "void mixfunc some 4 grey paint .5 . 0 0\nsome sphere m 0 0 4 7 0 9 .5\n"
             "paint sphere n 0 0 4 9 0 9 .5\n"
+            "void brightfunc shine 2 Dz+Px . 0 0\nshine glow sky 0 0 4 1 1 1 0\n"
+            "sky source s 0 0 4 0 0 1 180\nshine light pane 0 0 3 1 1 1\n"
+            "pane ring u 0 0 8 0 0 8 0 0 -1 0 1\n"
             "grey cone k 0 0 8 5 5 5 6 6 6 1 2\ngrey polygon p 0 0 120");
     for (int i = 0; i < 40; i++)
         add(&t, " %.9g %.9g 0", (3 + i % 2) * cos(i * .157), (3 + i % 2) * sin(i * .157));
