@@ -5,7 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK_BYTES = 64 * 1024 };
+/* Blocks double up to the greatest: a scene may have thousands of small arenas. */
+enum { FIRST_BLOCK = 1024, GREATEST_BLOCK = 64 * 1024 };
 
 struct pm_arena_block {
     struct pm_arena_block *next;
@@ -24,6 +25,14 @@ static struct pm_arena_block *add_block(pm_arena *arena, size_t size)
     return block;
 }
 
+static size_t next_size(const pm_arena *arena)
+{
+    size_t size = 2 * arena->size;
+    if (size < FIRST_BLOCK)
+        return FIRST_BLOCK;
+    return size < GREATEST_BLOCK ? size : GREATEST_BLOCK;
+}
+
 void *pm_arena_alloc(pm_arena *arena, size_t size)
 {
     const size_t align = alignof(max_align_t);
@@ -31,7 +40,8 @@ void *pm_arena_alloc(pm_arena *arena, size_t size)
         return NULL;
     size = (size + align - 1) / align * align;
     if (!arena->blocks || arena->size - arena->used < size) {
-        if (!add_block(arena, size > BLOCK_BYTES ? size : BLOCK_BYTES))
+        size_t block = next_size(arena);
+        if (!add_block(arena, size > block ? size : block))
             return NULL;
     }
     void *result = arena->blocks->bytes + arena->used;

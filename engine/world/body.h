@@ -14,7 +14,7 @@
  * world's. */
 
 /* Instances may lie in instances so deep. */
-enum { PM_INSTANCE_DEPTH = 16 };
+enum { PM_INSTANCE_DEPTH = 32 };
 
 struct pm_tree; /* rays.c */
 

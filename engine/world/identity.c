@@ -370,7 +370,7 @@ static pm_status visit_all(struct maker *m, size_t first, size_t end, int depth,
         uint8_t here = m->heights[p->assets[0]];
         *height = here > *height ? here : *height;
         if (depth + *height > PM_INSTANCE_DEPTH + 1)
-            return refuse(m, p, PM_E_LIMIT, "instances lie in instances more than 16 deep");
+            return refuse(m, p, PM_E_LIMIT, "instances lie in instances more than 32 deep");
     }
     return PM_OK;
 }
@@ -398,7 +398,7 @@ static pm_status visit(struct maker *m, const pm_primitive *placed, int depth)
     if (*height > 0)
         return PM_OK;
     if (depth > PM_INSTANCE_DEPTH)
-        return refuse(m, placed, PM_E_LIMIT, "instances lie in instances more than 16 deep");
+        return refuse(m, placed, PM_E_LIMIT, "instances lie in instances more than 32 deep");
     *height = OPEN;
     pm_status status = PM_OK;
     if (prototype->mesh)
