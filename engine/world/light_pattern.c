@@ -11,7 +11,8 @@ enum {
     SKY_DETAIL = 128,
     LAMP_DETAIL = 64,
     PLACE_DETAIL_MAX = 256,
-    PROBES = 4, /* a lamp's places for each direction, or the other way around; 2 x 2 */
+    PROBES = 4,     /* of directions for each place, or the other way around; 2 x 2 */
+    LAMP_SHARE = 4, /* a lamp gets so much less work than a sky */
     POWER_SAMPLES_MIN = 16,
     POWER_SAMPLES_MAX = 4096
 };
@@ -101,11 +102,74 @@ pm_vec3 pm_light_draw_distant(const pm_world *world, const struct pm_light *ligh
     return pm_frame_to_world(&frame, pm_warp_cone(u, v, source->versine));
 }
 
+/* ---- what patterns look at ---- */
+
+struct traits {
+    uint64_t uses;   /* bits (1 << PM_RAY_..) */
+    uint32_t detail; /* the most columns or rows of a picture; 0: there is none */
+};
+
+#define BIT(value)    (1ull << (value))
+#define BITS(x, y, z) (BIT(x) | BIT(y) | BIT(z))
+#define USES_POINT    BITS(PM_RAY_PX, PM_RAY_PY, PM_RAY_PZ)
+#define USES_NORMAL   (BITS(PM_RAY_NX, PM_RAY_NY, PM_RAY_NZ) | BIT(PM_RAY_RDOT))
+#define USES_RAY      (BITS(PM_RAY_DX, PM_RAY_DY, PM_RAY_DZ) | BIT(PM_RAY_RDOT))
+
+static uint32_t greater(uint32_t a, uint32_t b)
+{
+    return a > b ? a : b;
+}
+
+static uint64_t uses_of(const pm_world *world, pm_function function)
+{
+    return function == PM_NO_FUNCTION
+               ? 0
+               : pm_function_uses(pm_assets_language(world->assets), function);
+}
+
+static uint32_t detail_of(const pm_world *world, const struct pm_modifier *m)
+{
+    uint32_t most = 0;
+    for (uint32_t k = 0; m->assets && k < m->string_count; k++) {
+        if (m->assets[k] == PM_NO_ASSET)
+            continue;
+        const pm_asset *asset = pm_assets_at(world->assets, m->assets[k]);
+        if (asset->kind != PM_ASSET_PICTURE)
+            continue;
+        most = greater(most, pm_picture_width(asset->picture));
+        most = greater(most, pm_picture_height(asset->picture));
+    }
+    return most;
+}
+
+/* The depth is bounded by PM_MODIFIERS_MAX, the work by PM_MODIFIERS_ASKED_MAX. */
+static void add_traits(const pm_world *world, const struct pm_texture *list,
+                       struct traits *traits)
+{
+    for (; list; list = list->next) {
+        const struct pm_modifier *m = &list->modifier;
+        traits->uses |= uses_of(world, m->expressions) | uses_of(world, m->functions);
+        traits->uses |= m->ink ? USES_POINT : 0;
+        traits->detail = greater(traits->detail, detail_of(world, m));
+        for (int i = 0; i < 2; i++)
+            add_traits(world, list->components[i], traits);
+    }
+}
+
+/* Whether radiance differs between places of a lamp, in one direction. */
+static bool differs_by_place(const struct traits *traits, const struct pm_shape *shape)
+{
+    uint64_t place = USES_POINT | (pm_shape_is_planar(shape) ? 0 : USES_NORMAL);
+    return traits->uses & place;
+}
+
 /* ---- tables ---- */
 
 struct look {
     const pm_world *world;
     const struct pm_light *light;
+    struct traits traits;
+    int probes;            /* a lamp's places that are looked at for each direction */
     pm_hit places[PROBES]; /* typical ones of a flat lamp */
     double areas[PROBES];
 };
@@ -135,7 +199,7 @@ static double shine_of_ball(const void *context, pm_vec3 direction)
 {
     const struct look *l = context;
     double sum = 0;
-    for (int i = 0; i < PROBES; i++) {
+    for (int i = 0; i < l->probes; i++) {
         pm_hit hit = place_on_ball(l->world, l->light, direction, probe_u(i), probe_v(i));
         sum += shine(l, &hit, direction);
     }
@@ -146,7 +210,7 @@ static double shine_of_flat(const void *context, pm_vec3 direction)
 {
     const struct look *l = context;
     double cosine = pm_vec3_dot(direction, l->places[0].normal), sum = 0;
-    for (int i = 0; i < PROBES && cosine > 0; i++)
+    for (int i = 0; i < l->probes && cosine > 0; i++)
         sum += l->areas[i] * shine(l, &l->places[i], direction);
     return cosine * sum;
 }
@@ -173,39 +237,11 @@ static uint32_t detail_for(uint32_t wanted, size_t evaluations)
     return detail;
 }
 
-static uint32_t greater(uint32_t a, uint32_t b)
-{
-    return a > b ? a : b;
-}
-
-/* The most columns or rows of the pictures in a list of patterns; 0: there are none. The depth
- * is bounded by PM_MODIFIERS_MAX, the work by PM_MODIFIERS_ASKED_MAX. */
-static uint32_t picture_detail(const pm_world *world, const struct pm_texture *list)
-{
-    uint32_t most = 0;
-    for (; list; list = list->next) {
-        const struct pm_modifier *m = &list->modifier;
-        for (uint32_t k = 0; m->assets && k < m->string_count; k++) {
-            if (m->assets[k] == PM_NO_ASSET)
-                continue;
-            const pm_asset *asset = pm_assets_at(world->assets, m->assets[k]);
-            if (asset->kind != PM_ASSET_PICTURE)
-                continue;
-            most = greater(most, pm_picture_width(asset->picture));
-            most = greater(most, pm_picture_height(asset->picture));
-        }
-        for (int i = 0; i < 2; i++)
-            most = greater(most, picture_detail(world, list->components[i]));
-    }
-    return most;
-}
-
 static pm_status tabulate_sky(pm_world *world, const struct look *look, size_t evaluations,
                               struct pm_light_pattern *pattern, pm_error *err)
 {
     const struct pm_distant *source = &world->distants[look->light->distant];
-    uint32_t wanted = greater(
-        SKY_DETAIL, picture_detail(world, world->materials[look->light->material].textures));
+    uint32_t wanted = greater(SKY_DETAIL, look->traits.detail);
     const struct pm_light_directions directions = {shine_of_sky, look,
                                                    detail_for(wanted, evaluations)};
     return pm_light_beam_build(&directions, source->direction, source->versine, &world->arena,
@@ -218,7 +254,7 @@ static pm_status tabulate_ball(pm_world *world, const struct look *look, size_t 
     const struct pm_material *m = &world->materials[look->light->material];
     bool spot = m->type == PM_SPOTLIGHT;
     const struct pm_light_directions directions = {
-        shine_of_ball, look, detail_for(SKY_DETAIL, evaluations / PROBES)};
+        shine_of_ball, look, detail_for(SKY_DETAIL, evaluations / (size_t)look->probes)};
     return pm_light_beam_build(&directions, spot ? m->aim : (pm_vec3){0, 0, 1},
                                spot ? m->versine : 2, &world->arena, &pattern->beam, err);
 }
@@ -233,7 +269,7 @@ static pm_status tabulate_flat(pm_world *world, struct look *look, size_t evalua
         look->places[i] =
             place_on_shape(world, look->light, probe_u(i), probe_v(i), &look->areas[i]);
     const struct pm_light_directions directions = {
-        shine_of_flat, look, detail_for(LAMP_DETAIL, evaluations / PROBES)};
+        shine_of_flat, look, detail_for(LAMP_DETAIL, evaluations / (size_t)look->probes)};
     return pm_light_beam_build(&directions, spot ? m->aim : look->places[0].normal,
                                spot ? m->versine : 1, &world->arena, &pattern->beam, err);
 }
@@ -241,9 +277,8 @@ static pm_status tabulate_flat(pm_world *world, struct look *look, size_t evalua
 static pm_status tabulate_places(pm_world *world, const struct look *look, size_t evaluations,
                                  struct pm_light_pattern *pattern, pm_error *err)
 {
-    uint32_t detail = picture_detail(world, world->materials[look->light->material].textures);
-    uint32_t wanted =
-        detail < PLACE_DETAIL_MAX ? greater(LAMP_DETAIL, detail) : (uint32_t)PLACE_DETAIL_MAX;
+    uint32_t wanted = greater(LAMP_DETAIL, look->traits.detail);
+    wanted = wanted < PLACE_DETAIL_MAX ? wanted : (uint32_t)PLACE_DETAIL_MAX;
     const struct pm_light_function places = {shine_of_place, look,
                                              detail_for(wanted, evaluations / PROBES)};
     struct pm_light_table *table;
@@ -253,18 +288,33 @@ static pm_status tabulate_places(pm_world *world, const struct look *look, size_
     return status;
 }
 
+/* A ball that differs by place alone is drawn by its places, and by the cosine. */
+static pm_status tabulate_lamp(pm_world *world, struct look *look, size_t evaluations,
+                               struct pm_light_pattern *pattern, pm_error *err)
+{
+    const struct pm_shape *shape = shape_of(world, look->light);
+    bool by_place = differs_by_place(&look->traits, shape);
+    bool by_direction = look->traits.uses & USES_RAY;
+    look->probes = by_place ? PROBES : 1;
+    if (by_direction && pm_shape_is_ball(shape))
+        return tabulate_ball(world, look, evaluations, pattern, err);
+    bool flat = pm_shape_is_planar(shape);
+    pm_status status = PM_OK;
+    if (by_place || (by_direction && !flat))
+        status = tabulate_places(world, look, evaluations, pattern, err);
+    if (!status && by_direction && flat)
+        status = tabulate_flat(world, look, evaluations, pattern, err);
+    return status;
+}
+
 static pm_status tabulate(pm_world *world, const struct pm_light *light, size_t evaluations,
                           struct pm_light_pattern *pattern, pm_error *err)
 {
     struct look look = {.world = world, .light = light};
+    add_traits(world, world->materials[light->material].textures, &look.traits);
     if (light->surface == PM_NO_PRIMITIVE)
         return tabulate_sky(world, &look, evaluations, pattern, err);
-    if (pm_shape_is_ball(shape_of(world, light)))
-        return tabulate_ball(world, &look, evaluations, pattern, err);
-    pm_status status = tabulate_places(world, &look, evaluations / 2, pattern, err);
-    if (!status && pm_shape_is_planar(shape_of(world, light)))
-        status = tabulate_flat(world, &look, evaluations / 2, pattern, err);
-    return status;
+    return tabulate_lamp(world, &look, evaluations / LAMP_SHARE, pattern, err);
 }
 
 /* ---- power ---- */
