@@ -212,7 +212,6 @@ static pm_status load_file(struct strings *s, size_t index, char role)
     st = pm_assets_load(parser->assets, asset_kind(role), file, &s->assets[index], parser->err);
     if (st)
         return st;
-    pm_parser_note_read(parser, &pm_assets_at(parser->assets, s->assets[index])->digest);
     if (role == 'c')
         r->context = pm_assets_at(parser->assets, s->assets[index])->context;
     if (role == 'p')

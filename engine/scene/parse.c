@@ -145,12 +145,6 @@ pm_status pm_parser_alias(pm_reading *r)
     return append(r);
 }
 
-void pm_parser_note_read(pm_parser *parser, const pm_digest *digest)
-{
-    if (parser->reads)
-        pm_bytes_append(parser->reads, digest->bytes, sizeof digest->bytes);
-}
-
 /* Files that are read again and again cost time, even if they hold nothing. */
 static pm_status note_text(pm_parser *parser, const pm_file *file)
 {
@@ -159,10 +153,6 @@ static pm_status note_text(pm_parser *parser, const pm_file *file)
         return pm_error_set_at(parser->err, PM_E_LIMIT, file->name, 0, 0,
                                "the scene has more than %zu bytes of text; split it",
                                parser->limits.bytes);
-    if (parser->reads) {
-        const pm_digest digest = pm_digest_of(file->data, file->size);
-        pm_parser_note_read(parser, &digest);
-    }
     return PM_OK;
 }
 

@@ -2,7 +2,6 @@
 #define PM_SCENE_PARSER_H
 
 #include "base/arena.h"
-#include "base/bytes.h"
 #include "files/octree_file.h"
 #include "scene/assets.h"
 #include "scene/names.h"
@@ -54,8 +53,7 @@ typedef struct pm_parser {
     int32_t *newest_prototype; /* by file: its newest prototype + 1; 0 without */
     int32_t *slots;            /* of the mesh in hand */
     size_t slot_capacity;
-    pm_bytes *reads; /* digests of the files read for a prototype; NULL for the main scene */
-    pm_word *words;  /* string arguments of the primitive in hand */
+    pm_word *words; /* string arguments of the primitive in hand */
     size_t word_capacity;
 } pm_parser;
 
@@ -117,9 +115,6 @@ PM_MUST_USE pm_status pm_parser_prototypes(pm_parser *parser);
 /* parse.c: reads the primitive, or the alias, that the statement starts. */
 PM_MUST_USE pm_status pm_parser_primitive(pm_reading *r);
 PM_MUST_USE pm_status pm_parser_alias(pm_reading *r);
-
-/* parse.c: adds a file's digest to those read for the prototype in hand. */
-void pm_parser_note_read(pm_parser *parser, const pm_digest *digest);
 
 /* octrees.c: reads an octree file's primitives, or the scene files that it names. */
 PM_MUST_USE pm_status pm_parser_octree(pm_parser *parser, const pm_frame *frame);

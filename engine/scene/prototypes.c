@@ -162,26 +162,12 @@ static pm_status read_prototype(pm_parser *parser, size_t index)
                             .prefix = "",
                             .depth = 1};
     const pm_names outer = parser->names;
-    pm_bytes reads = {0};
     parser->names = (pm_names){.arena = &parser->scratch};
-    parser->reads = &reads;
     parser->prototypes[index].first = parser->count;
-    pm_digest own = parser->prototypes[index].digest;
-    pm_parser_note_read(parser, &own);
-    pm_status st = PM_OK;
-    if (parser->prototypes[index].mesh)
-        st = read_materials(parser, &frame, index);
-    else
-        st = read_octree(parser, &frame, index);
-    if (!st && pm_bytes_status(&reads))
-        st = pm_parser_memory_error(parser);
-    /* not by the bytes of the octree alone: it may only name its files */
-    if (!st)
-        parser->prototypes[index].digest = pm_digest_of(reads.data, reads.size);
+    pm_status st = parser->prototypes[index].mesh ? read_materials(parser, &frame, index)
+                                                  : read_octree(parser, &frame, index);
     parser->prototypes[index].count = parser->count - parser->prototypes[index].first;
     parser->names = outer;
-    parser->reads = NULL;
-    pm_bytes_clear(&reads);
     return st;
 }
 
@@ -219,32 +205,22 @@ static pm_status visit_inner(pm_parser *parser, struct visit *visits, const pm_p
     return st;
 }
 
-/* Depth first, so that the digest of what is placed in it comes before that of a prototype.
- * Recurses limits.nesting deep at most. */
+/* Recurses limits.nesting deep at most. */
 static pm_status visit(pm_parser *parser, struct visit *visits, size_t index, unsigned level)
 {
     struct visit *v = &visits[index];
-    pm_prototype *prototype = &parser->prototypes[index];
+    const pm_prototype *prototype = &parser->prototypes[index];
     if (v->state == DONE)
         return PM_OK;
-    pm_bytes digests = {0};
     pm_status st = PM_OK;
     *v = (struct visit){.state = OPEN, .depth = 1};
-    pm_bytes_append(&digests, prototype->digest.bytes, sizeof prototype->digest.bytes);
     for (size_t i = prototype->first; !st && i < prototype->first + prototype->count; i++) {
-        const pm_primitive *p = &parser->primitives[i];
-        int32_t inner = prototype_of(p);
+        int32_t inner = prototype_of(&parser->primitives[i]);
         if (inner == PM_NO_ASSET)
             continue;
-        st = visit_inner(parser, visits, p, level);
+        st = visit_inner(parser, visits, &parser->primitives[i], level);
         v->depth = visits[inner].depth >= v->depth ? visits[inner].depth + 1 : v->depth;
-        pm_bytes_append(&digests, parser->prototypes[inner].digest.bytes, sizeof(pm_digest));
     }
-    if (!st && pm_bytes_status(&digests))
-        st = pm_parser_memory_error(parser);
-    if (!st && digests.size > sizeof(pm_digest))
-        prototype->digest = pm_digest_of(digests.data, digests.size);
-    pm_bytes_clear(&digests);
     v->state = DONE;
     return st;
 }

@@ -130,7 +130,7 @@ typedef struct pm_prototype {
     const struct pm_mesh *mesh; /* NULL: an octree; lives in the assets */
     /* [mesh->slot_count]: the modifiers of a mesh's materials, PM_VOID for none */
     const int32_t *slots;
-    pm_digest digest;  /* of the file's bytes and of those that it names */
+    pm_digest digest;  /* of the file's bytes; an octree's primitives count by themselves */
     pm_vec3 low, high; /* an octree's cube, as its file has it; a mesh's bounds */
 } pm_prototype;
 

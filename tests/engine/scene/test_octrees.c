@@ -253,35 +253,6 @@ static void names_of_prototypes_are_their_own(void **state)
                    "this line");
 }
 
-static pm_digest digest_of(const char *leaf)
-{
-    static const char *const nested[] = {"tree.oct"};
-    const pm_record items[] = {{.type = "instance",
-                                .name = "t",
-                                .modifier = -1,
-                                .strings = nested,
-                                .string_count = 1}};
-    pm_bundle *bundle = bundle_of("void instance g 1 grove.oct 0 0\n", NULL);
-    add_frozen(bundle, "grove.oct", items, 1);
-    add_naming(bundle, "tree.oct", "tree.rad", 2);
-    add_text(bundle, "tree.rad", leaf);
-    pm_scene *scene = parsed(bundle, "main.rad");
-    assert_int_equal(scene->prototype_count, 2);
-    pm_digest digest = scene->prototypes[named(scene, "g")->assets[0]].digest;
-    pm_scene_free(scene);
-    return digest;
-}
-
-static void digests_follow_what_is_named(void **state)
-{
-    (void)state;
-    static const char one[] = "void plastic m 0 0 5 1 1 1 0 0\nm sphere s 0 0 4 0 0 0 1\n";
-    static const char two[] = "void plastic m 0 0 5 1 1 0 0 0\nm sphere s 0 0 4 0 0 0 1\n";
-    pm_digest a = digest_of(one), again = digest_of(one), b = digest_of(two);
-    assert_true(pm_digest_equal(&a, &again));
-    assert_false(pm_digest_equal(&a, &b));
-}
-
 static void circles_are_refused(void **state)
 {
     (void)state;
@@ -380,7 +351,6 @@ int main(void)
         cmocka_unit_test(stale_and_missing_files_are_refused),
         cmocka_unit_test(instances_share_prototypes),
         cmocka_unit_test(names_of_prototypes_are_their_own),
-        cmocka_unit_test(digests_follow_what_is_named),
         cmocka_unit_test(circles_are_refused),
         cmocka_unit_test(depth_is_bounded),
         cmocka_unit_test(limits_hold_for_octrees),
