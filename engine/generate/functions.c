@@ -28,12 +28,28 @@ static pm_status start(pm_functions *f)
                : pm_error_set(f->g->err, PM_E_MEMORY, "not enough memory for functions");
 }
 
+/* Takes from the budget of functions. */
+static pm_status spend(const pm_functions *f, uint64_t work)
+{
+    uint64_t *left = f->g->request->work;
+    if (!left)
+        return PM_OK;
+    if (*left < work)
+        return pm_generation_fail(f->g, 0, PM_E_LIMIT,
+                                  "the functions of this scene's commands take too long; make "
+                                  "fewer parts, or simpler functions");
+    *left -= work;
+    return PM_OK;
+}
+
 static pm_status define(pm_functions *f, size_t word, const char *text, size_t size,
                         const char *file)
 {
     pm_error why = PM_ERROR_INIT;
     const struct pm_language_text place = {text, file, file != NULL, file != NULL};
     pm_status st = start(f);
+    if (!st)
+        st = spend(f, size);
     if (st)
         return st;
     st = pm_language_define(f->language, PM_CONTEXT_GLOBAL, &place, size, &why);
@@ -179,18 +195,24 @@ pm_status pm_functions_count(pm_functions *f, size_t word, const char *what, int
 
 pm_status pm_functions_values(const pm_functions *f, const double *parameters, double *out)
 {
-    unsigned faults =
-        pm_function_values(f->language, f->all, NULL, parameters, f->parameter_count, out);
-    if (!(faults & (PM_FAULT_DEPTH | PM_FAULT_WORK)))
-        return PM_OK;
-    return pm_generation_fail(f->g, f->words[0], PM_E_LIMIT,
-                              "the functions call themselves without end; at %s = %g",
-                              f->parameter_count == 1 ? "t" : "s", parameters[0]);
+    uint32_t work;
+    unsigned faults = pm_function_values_counted(f->language, f->all, NULL, parameters,
+                                                 f->parameter_count, out, &work);
+    if (faults & (PM_FAULT_DEPTH | PM_FAULT_WORK))
+        return pm_generation_fail(f->g, f->words[0], PM_E_LIMIT,
+                                  "the functions call themselves without end; at %s = %g",
+                                  f->parameter_count == 1 ? "t" : "s", parameters[0]);
+    return spend(f, work);
 }
 
-bool pm_functions_valid(const pm_functions *f, const double *parameters)
+pm_status pm_functions_valid(const pm_functions *f, const double *parameters, bool *out)
 {
-    return !f->has_valid || pm_function_value(f->language, f->valid, NULL, parameters, 2) > 0;
+    double value = 1;
+    uint32_t work = 0;
+    if (f->has_valid)
+        pm_function_values_counted(f->language, f->valid, NULL, parameters, 2, &value, &work);
+    *out = value > 0;
+    return spend(f, work);
 }
 
 void pm_functions_clear(pm_functions *f)

@@ -36,12 +36,14 @@ PM_MUST_USE pm_status pm_functions_count(pm_functions *f, size_t word, const cha
                                          int64_t *out);
 
 /* All functions at the parameters, in order, skipped ones left alone. Where one is not defined,
- * as 1/0, its value is 0, as in Radiance. PM_E_LIMIT for a recursion without end. */
+ * as 1/0, its value is 0, as in Radiance. PM_E_LIMIT for a recursion without end,
+ * and when the request's budget of work is used up. */
 PM_MUST_USE pm_status pm_functions_values(const pm_functions *f, const double *parameters,
                                           double *out);
 
 /* Whether valid(s,t) leaves the point in. */
-bool pm_functions_valid(const pm_functions *f, const double *parameters);
+PM_MUST_USE pm_status pm_functions_valid(const pm_functions *f, const double *parameters,
+                                         bool *out);
 
 void pm_functions_clear(pm_functions *f);
 

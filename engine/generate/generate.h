@@ -25,6 +25,8 @@ typedef struct pm_generate_request {
     size_t count;
     pm_generate_file (*find)(void *context, const char *name); /* NULL: there are no files */
     void *find_context;
+    /* What functions may still cost, in units of PM_LANGUAGE_WORK; lessened. NULL: no limit. */
+    uint64_t *work;
 } pm_generate_request;
 
 /* What a command will make at most, known before anything is made. Saturating. */

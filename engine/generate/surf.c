@@ -167,10 +167,11 @@ static pm_status read_surf(struct surf *s)
 static pm_status evaluate(const struct surf *s, double u, double v, struct point *out)
 {
     const double st[2] = {u, v};
-    *out = (struct point){.valid = pm_functions_valid(&s->functions, st)};
-    if (!out->valid)
-        return PM_OK;
-    pm_status status = pm_functions_values(&s->functions, st, out->p);
+    *out = (struct point){0};
+    pm_status status = pm_functions_valid(&s->functions, st, &out->valid);
+    if (status || !out->valid)
+        return status;
+    status = pm_functions_values(&s->functions, st, out->p);
     for (int i = 0; s->data && i < 3; i++)
         if (s->triplets || i == 2)
             out->p[i] = data_value(s, st, i);

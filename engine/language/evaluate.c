@@ -418,16 +418,25 @@ void pm_code_run(const struct pm_code *code, const uint32_t *roots, unsigned roo
     *out = m.run;
 }
 
-unsigned pm_function_values(const pm_language *language, pm_function function,
-                            const struct pm_ray_values *ray, const double *args,
-                            unsigned arg_count, double *values)
+unsigned pm_function_values_counted(const pm_language *language, pm_function function,
+                                    const struct pm_ray_values *ray, const double *args,
+                                    unsigned arg_count, double *values, uint32_t *work)
 {
     const struct pm_program *program = language->programs[function];
     struct pm_run result;
     (void)arg_count; /* of the request, at least */
     pm_code_run(&program->code, program->roots, program->root_count, ray, args, values,
                 &result);
+    *work = result.work;
     return result.faults;
+}
+
+unsigned pm_function_values(const pm_language *language, pm_function function,
+                            const struct pm_ray_values *ray, const double *args,
+                            unsigned arg_count, double *values)
+{
+    uint32_t work;
+    return pm_function_values_counted(language, function, ray, args, arg_count, values, &work);
 }
 
 double pm_function_value(const pm_language *language, pm_function function,

@@ -184,6 +184,11 @@ unsigned pm_function_values(const pm_language *language, pm_function function,
                             const struct pm_ray_values *ray, const double *args,
                             unsigned arg_count, double *values);
 
+/* The same, and what it took of PM_LANGUAGE_WORK: for callers that have a budget. */
+unsigned pm_function_values_counted(const pm_language *language, pm_function function,
+                                    const struct pm_ray_values *ray, const double *args,
+                                    unsigned arg_count, double *values, uint32_t *work);
+
 /* The first result, faults being 0 inside it. */
 double pm_function_value(const pm_language *language, pm_function function,
                          const struct pm_ray_values *ray, const double *args,

@@ -73,6 +73,7 @@ pm_status pm_parser_request(pm_parser *parser, const pm_pipeline *pipeline, pm_a
     *out = pm_pipeline_request(pipeline, words);
     out->find = find_file;
     out->find_context = context;
+    out->work = &parser->generate_work;
     return PM_OK;
 }
 

@@ -11,6 +11,13 @@ struct expansion {
     const pm_pipeline *pipeline;
     const pm_generate_request *request; /* of a generator */
     const char *text_name;              /* of its text, as if that were a file */
+    struct kept *kept;
+};
+
+/* A generator's text, if it came in one piece, for the instances of an array. */
+struct kept {
+    pm_bytes text;
+    size_t pieces; /* of the run; 1: `text` is all */
 };
 
 /* One of those that an xform makes. */
@@ -123,12 +130,27 @@ static pm_status read_text(void *context, const void *text, size_t size)
     return st ? place_error(r, err, &why) : PM_OK;
 }
 
+static pm_status take_text(void *context, const void *text, size_t size)
+{
+    struct reading *r = context;
+    struct kept *kept = r->e->kept;
+    if (kept->pieces++ == 0 && r->e->pipeline->instances > 1)
+        pm_bytes_append(&kept->text, text, size);
+    else
+        pm_bytes_clear(&kept->text);
+    return pm_bytes_status(&kept->text) ? pm_parser_memory_error(r->e->parser)
+                                        : read_text(r, text, size);
+}
+
 static pm_status run_generator(const struct expansion *e, const pm_frame *frame)
 {
     size_t wrong = 0;
     pm_error why = PM_ERROR_INIT;
     struct reading r = {.e = e, .frame = frame, .file = {.name = e->text_name}};
-    pm_status st = pm_generate_run(e->request, read_text, &r, &wrong, &why);
+    if (e->kept->pieces == 1)
+        return read_text(&r, e->kept->text.data, e->kept->text.size);
+    e->kept->pieces = 0;
+    pm_status st = pm_generate_run(e->request, take_text, &r, &wrong, &why);
     if (why.status)
         return pm_parser_generate_error(e->pipeline, wrong, &why, e->parser->err);
     return st;
@@ -174,7 +196,9 @@ pm_status pm_parser_expand(pm_parser *parser, const pm_frame *frame, pm_lexer *l
     pm_arena arena = {0};
     pm_pipeline pipeline;
     pm_generate_request request;
-    struct expansion e = {.parser = parser, .frame = frame, .pipeline = &pipeline};
+    struct kept kept = {0};
+    struct expansion e = {
+        .parser = parser, .frame = frame, .pipeline = &pipeline, .kept = &kept};
     pm_status st = pm_pipeline_read(lexer, parser->bundle, &arena, &pipeline, parser->err);
     if (!st)
         st = pm_parser_check_size(parser, frame->depth, &pipeline, &arena);
@@ -187,6 +211,7 @@ pm_status pm_parser_expand(pm_parser *parser, const pm_frame *frame, pm_lexer *l
     }
     if (!st)
         st = expand(&e, frame, pipeline.xform_count);
+    pm_bytes_clear(&kept.text);
     pm_arena_clear(&arena);
     return st;
 }

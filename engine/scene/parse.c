@@ -283,6 +283,7 @@ pm_status pm_scene_parse_files(const pm_bundle *bundle, const char *const *names
                         .limits = limits_of(limits),
                         .err = err,
                         .arena = &memory->arena,
+                        .generate_work = (uint64_t)1 << 30, /* some 20 s */
                         .assets = pm_assets_new()};
     parser.names.arena = &parser.scratch;
     pm_status st = parser.assets ? parse(&parser, names, count, &memory->scene)

@@ -44,6 +44,7 @@ typedef struct pm_parser {
     pm_primitive *primitives;
     size_t count, capacity;
     uint64_t reals, bytes;
+    uint64_t generate_work; /* left, for functions of generators (generate.h) */
     uint32_t *aliases; /* that are no primitives: how many of those stand before each */
     size_t alias_count, alias_capacity;
     pm_assets *assets;

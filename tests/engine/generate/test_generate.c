@@ -82,6 +82,24 @@ static void the_sink_can_stop_a_generator(void **state)
     }
 }
 
+/* A million evaluations of a thousand steps would take minutes. */
+static void functions_have_a_budget(void **state)
+{
+    (void)state;
+    struct command command;
+    size_t wrong;
+    uint64_t work = 100000;
+    pm_error err = PM_ERROR_INIT;
+    pm_generate_request request = request_of("gensurf m p s t 'sum(0,500)' 999 999 -e "
+                                             "'sum(a,n)=if(n-.5,sum(a+n,n-1),a);'",
+                                             &command);
+    request.work = &work;
+    assert_int_equal(pm_generate_run(&request, count_pieces, &(size_t){0}, &wrong, &err),
+                     PM_E_LIMIT);
+    assert_string_equal(err.text, "gensurf: the functions of this scene's commands take too "
+                                  "long; make fewer parts, or simpler functions");
+}
+
 static pm_generate_word word_is(const char *text, size_t index)
 {
     struct command command;
@@ -132,6 +150,7 @@ int main(void)
         cmocka_unit_test(sizes_beyond_64_bits_saturate),
         cmocka_unit_test(much_text_comes_in_pieces),
         cmocka_unit_test(the_sink_can_stop_a_generator),
+        cmocka_unit_test(functions_have_a_budget),
         cmocka_unit_test(words_that_name_files_are_known),
         cmocka_unit_test(names_cannot_bring_text_of_their_own),
         cmocka_unit_test(other_programs_are_refused),
