@@ -130,7 +130,7 @@ double pm_bsdf_gain(const pm_bsdf *b, pm_vec3 in)
 
 /* ---- finishing ---- */
 
-static bool direction_of(const struct pm_bsdf_part *p, size_t i, pm_vec3 *in)
+bool pm_bsdf_part_direction(const struct pm_bsdf_part *p, size_t i, pm_vec3 *in)
 {
     return p->matrix ? pm_klems_direction(p->matrix, p->reversed, (uint32_t)i, in)
                      : pm_tree_direction(p->tree, p->reversed, i, in);
@@ -142,7 +142,7 @@ static double largest(const pm_bsdf *b, const struct pm_bsdf_part *p, bool front
 {
     double most = 0;
     pm_vec3 in;
-    for (size_t i = 0; direction_of(p, i, &in); i++) {
+    for (size_t i = 0; pm_bsdf_part_direction(p, i, &in); i++) {
         in.z = front ? in.z : -in.z;
         double albedo = total ? total_albedo(b, in) : pm_rgb_max(part_albedo(p, in));
         if (albedo > most) {
@@ -239,7 +239,8 @@ static pm_status finish(pm_bsdf *b, const struct pm_bsdf_text *text, const char 
     if (st)
         return st;
     describe(b, text);
-    return check_albedo(b, name, err);
+    st = check_albedo(b, name, err);
+    return st ? st : pm_bsdf_peaks_find(b);
 }
 
 pm_status pm_bsdf_read(const void *bytes, size_t size, const char *name, pm_bsdf **out,
@@ -267,6 +268,7 @@ void pm_bsdf_free(pm_bsdf *b)
         return;
     for (int way = 0; way < PM_BSDF_WAYS; way++)
         drop(b, way);
+    pm_bsdf_peaks_clear(b);
     free(b);
 }
 

@@ -98,8 +98,8 @@ typedef struct pm_bsdf_peak {
 
 /* Finds the peak by Radiance's search (29 directions about -in; a peak is at least 8 times its
  * surroundings and carries at least 0.05 %; m_bsdf.c, compute_through), but takes whole cells:
- * they count for straight passage and nothing else. Both ways through, the transmittance is
- * the same. */
+ * they count for straight passage and nothing else, and it looks from the middle of the cell
+ * that holds `in`. Both ways through, the transmittance is the same. */
 void pm_bsdf_peak_at(const pm_bsdf *bsdf, pm_vec3 in, pm_bsdf_peak *out);
 
 /* The same as above without the peak's cells. */

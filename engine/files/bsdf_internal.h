@@ -21,10 +21,23 @@ enum pm_bsdf_way {
     PM_BSDF_WAYS,
 };
 
+/* Peaks of walks one way through, a row for each direction that the data distinguish. */
+struct pm_bsdf_peaks {
+    struct pm_bsdf_peak_row {
+        pm_rgb transmittance;
+        double share;
+        uint32_t first; /* of its cells */
+        uint16_t count;
+        bool found;
+    } * rows; /* NULL if directions within a row differ: then each is searched */
+    struct pm_bsdf_cell *cells;
+};
+
 struct pm_bsdf {
     struct pm_klems *matrix[PM_BSDF_WAYS]; /* at most one of these two is set */
     struct pm_tree *tree[PM_BSDF_WAYS];
-    pm_rgb diffuse[PM_BSDF_WAYS]; /* Lambertian albedos */
+    pm_rgb diffuse[PM_BSDF_WAYS];  /* Lambertian albedos */
+    struct pm_bsdf_peaks peaks[2]; /* of walks from the back, from the front */
     pm_bsdf_info info;
 };
 
@@ -72,9 +85,16 @@ struct pm_bsdf_part {
 
 bool pm_bsdf_part_of(const pm_bsdf *bsdf, pm_vec3 in, bool transmitted,
                      struct pm_bsdf_part *out);
+/* Centre of the i-th row of directions with z > 0 that a walk may come from; false beyond the
+ * last. */
+bool pm_bsdf_part_direction(const struct pm_bsdf_part *part, size_t i, pm_vec3 *in);
 pm_rgb pm_bsdf_part_value(const struct pm_bsdf_part *part, pm_vec3 in, pm_vec3 out);
 bool pm_bsdf_cell(const struct pm_bsdf_part *part, pm_vec3 in, pm_vec3 out,
                   struct pm_bsdf_place *place);
+
+/* bsdf_peak.c: the last step of reading. */
+PM_MUST_USE pm_status pm_bsdf_peaks_find(pm_bsdf *bsdf);
+void pm_bsdf_peaks_clear(pm_bsdf *bsdf);
 
 /* What an albedo over 1 is scaled by; 1 for others. */
 double pm_bsdf_gain(const pm_bsdf *bsdf, pm_vec3 in);

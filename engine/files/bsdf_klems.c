@@ -211,16 +211,21 @@ pm_rgb pm_klems_value(const struct pm_klems *m, bool reversed, pm_vec3 in, pm_ve
     return i < 0 || o < 0 ? pm_rgb_grey(0) : entry(m, (uint32_t)i, (uint32_t)o);
 }
 
+int32_t pm_klems_row(const struct pm_klems *m, bool reversed, pm_vec3 in)
+{
+    return reversed ? out_patch(m, in) : in_patch(m, in);
+}
+
 pm_rgb pm_klems_albedo(const struct pm_klems *m, bool reversed, pm_vec3 in)
 {
-    int32_t row = reversed ? out_patch(m, in) : in_patch(m, in);
+    int32_t row = pm_klems_row(m, reversed, in);
     return row < 0 ? pm_rgb_grey(0) : m->albedo[reversed][row];
 }
 
 /* The running sums for walks from `in`; NULL if there is nothing to draw. */
 static const float *sums_of(const struct pm_klems *m, bool reversed, pm_vec3 in, size_t *count)
 {
-    int32_t row = reversed ? out_patch(m, in) : in_patch(m, in);
+    int32_t row = pm_klems_row(m, reversed, in);
     *count = reversed ? m->in.patches : m->out.patches;
     const float *sums = row < 0 ? NULL : m->cumulative[reversed] + (size_t)row * (*count + 1);
     return sums && sums[*count] > 0 ? sums : NULL;

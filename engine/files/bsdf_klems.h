@@ -65,4 +65,7 @@ bool pm_klems_sample(const struct pm_klems *matrix, bool reversed, pm_vec3 in, d
 /* Centre of the i-th direction that a walk may come from; false beyond the last. */
 bool pm_klems_direction(const struct pm_klems *matrix, bool reversed, uint32_t i, pm_vec3 *in);
 
+/* Row of the walk's direction among pm_klems_direction's; -1 if it is in none. */
+int32_t pm_klems_row(const struct pm_klems *matrix, bool reversed, pm_vec3 in);
+
 #endif

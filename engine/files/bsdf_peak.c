@@ -1,4 +1,7 @@
 /* The peak of straight passage, for aBSDF. */
+#include <stdlib.h>
+
+#include "base/bytes.h"
 #include "base/maths.h"
 #include "files/bsdf_internal.h"
 
@@ -78,17 +81,16 @@ static void add_cell(pm_bsdf_peak *peak, const struct pm_bsdf_place *place)
 }
 
 /* One way through; no symmetry yet. */
-static bool peak_one_way(const pm_bsdf *b, pm_vec3 in, bool *reversed, pm_bsdf_peak *out)
+static bool search_peak(const pm_bsdf *b, const struct pm_bsdf_part *part, pm_vec3 in,
+                        pm_bsdf_peak *out)
 {
     struct probe probes[PROBES];
-    struct pm_bsdf_part part;
-    *out = (pm_bsdf_peak){.count = 0};
-    if (!pm_bsdf_part_of(b, in, true, &part))
-        return false;
-    *reversed = part.reversed;
+    out->transmittance = pm_rgb_grey(0);
+    out->share = 0;
+    out->count = 0;
     double diffuse = pm_rgb_luminance(pm_bsdf_diffuse_transmittance(b, in)) / PM_PI;
-    int count = search(&part, in, pm_bsdf_gain(b, in), diffuse, probes);
-    double least = least_cell(&part), inside = 0, around = 0, sum = 0;
+    int count = search(part, in, pm_bsdf_gain(b, in), diffuse, probes);
+    double least = least_cell(part), inside = 0, around = 0, sum = 0;
     if (!count || !(probes[0].total > 1e-6))
         return false;
     for (int i = 0; i < count; i++) {
@@ -107,13 +109,106 @@ static bool peak_one_way(const pm_bsdf *b, pm_vec3 in, bool *reversed, pm_bsdf_p
     return around > 1e-6 && (sum / out->count - diffuse) * inside >= .0005;
 }
 
+/* ---- rows ---- */
+
+static bool rows_suffice(const struct pm_bsdf_part *part)
+{
+    return part->matrix || pm_tree_rows_suffice(part->tree);
+}
+
+static size_t count_rows(const struct pm_bsdf_part *part)
+{
+    size_t count = 0;
+    pm_vec3 in;
+    while (pm_bsdf_part_direction(part, count, &in))
+        count++;
+    return count;
+}
+
+static void fill_row(const pm_bsdf *b, const struct pm_bsdf_part *part, pm_vec3 in,
+                     struct pm_bsdf_peak_row *row, pm_bytes *cells)
+{
+    pm_bsdf_peak peak;
+    row->found = search_peak(b, part, in, &peak);
+    if (!row->found)
+        return;
+    row->transmittance = peak.transmittance;
+    row->share = peak.share;
+    row->first = (uint32_t)(cells->size / sizeof *peak.cells);
+    row->count = (uint16_t)peak.count;
+    pm_bytes_append(cells, peak.cells, peak.count * sizeof *peak.cells);
+}
+
+/* Within a row all directions meet the same cells: that in its middle speaks for it. */
+static pm_status find_rows(pm_bsdf *b, bool front)
+{
+    struct pm_bsdf_part part;
+    pm_vec3 in = {0, 0, front ? 1 : -1};
+    if (!pm_bsdf_part_of(b, in, true, &part) || !rows_suffice(&part))
+        return PM_OK;
+    size_t count = count_rows(&part);
+    struct pm_bsdf_peak_row *rows = calloc(count, sizeof *rows);
+    pm_bytes cells = {0};
+    for (size_t i = 0; rows && i < count; i++) {
+        (void)pm_bsdf_part_direction(&part, i, &in);
+        in.z = front ? in.z : -in.z;
+        fill_row(b, &part, in, &rows[i], &cells);
+    }
+    b->peaks[front] = (struct pm_bsdf_peaks){rows, (struct pm_bsdf_cell *)cells.data};
+    return rows ? pm_bytes_status(&cells) : PM_E_MEMORY;
+}
+
+pm_status pm_bsdf_peaks_find(pm_bsdf *b)
+{
+    pm_status st = find_rows(b, false);
+    return st ? st : find_rows(b, true);
+}
+
+void pm_bsdf_peaks_clear(pm_bsdf *b)
+{
+    for (int front = 0; front < 2; front++) {
+        free(b->peaks[front].rows);
+        free(b->peaks[front].cells);
+    }
+}
+
+static int64_t row_of(const struct pm_bsdf_part *part, pm_vec3 in)
+{
+    return part->matrix ? pm_klems_row(part->matrix, part->reversed, in)
+                        : (int64_t)pm_tree_row(part->tree, part->reversed, in);
+}
+
+/* One way through. */
+static bool peak_one_way(const pm_bsdf *b, pm_vec3 in, bool *reversed, pm_bsdf_peak *out)
+{
+    struct pm_bsdf_part part;
+    if (!pm_bsdf_part_of(b, in, true, &part))
+        return false;
+    *reversed = part.reversed;
+    const struct pm_bsdf_peaks *peaks = &b->peaks[in.z > 0];
+    if (!peaks->rows)
+        return search_peak(b, &part, in, out);
+    int64_t i = row_of(&part, in);
+    if (i < 0 || !peaks->rows[i].found)
+        return false;
+    const struct pm_bsdf_peak_row *row = &peaks->rows[i];
+    out->transmittance = row->transmittance;
+    out->share = row->share;
+    out->count = row->count;
+    for (unsigned k = 0; k < row->count; k++)
+        out->cells[k] = peaks->cells[row->first + k];
+    return true;
+}
+
 void pm_bsdf_peak_at(const pm_bsdf *b, pm_vec3 in, pm_bsdf_peak *out)
 {
     pm_bsdf_peak back;
     bool out_reversed = false, back_reversed = false;
     if (!peak_one_way(b, in, &out_reversed, out) ||
         !peak_one_way(b, pm_vec3_negate(in), &back_reversed, &back)) {
-        *out = (pm_bsdf_peak){.count = 0};
+        out->transmittance = pm_rgb_grey(0);
+        out->share = 0;
+        out->count = 0;
         return;
     }
     pm_rgb t = out->transmittance, s = back.transmittance;

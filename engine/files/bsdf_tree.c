@@ -285,6 +285,17 @@ static size_t row_of(const struct pm_tree *tree, bool reversed, const struct pla
     return ((size_t)(at[0] * cells) << table->row_bits) + (size_t)(at[1] * cells);
 }
 
+size_t pm_tree_row(const struct pm_tree *tree, bool reversed, pm_vec3 in)
+{
+    struct place p = place_of(tree, reversed, in);
+    return row_of(tree, reversed, &p);
+}
+
+bool pm_tree_rows_suffice(const struct pm_tree *tree)
+{
+    return tree->table[0].row_bits == tree->y.depth;
+}
+
 double pm_tree_albedo(const struct pm_tree *tree, bool reversed, pm_vec3 in)
 {
     struct place p = place_of(tree, reversed, in);

@@ -71,6 +71,12 @@ bool pm_tree_sample(const struct pm_tree *tree, bool reversed, pm_vec3 in, doubl
 /* Centre of the i-th row of directions that a walk may come from; false beyond the last. */
 bool pm_tree_direction(const struct pm_tree *tree, bool reversed, size_t i, pm_vec3 *in);
 
+/* Row of the walk's direction among pm_tree_direction's. */
+size_t pm_tree_row(const struct pm_tree *tree, bool reversed, pm_vec3 in);
+
+/* Whether all directions of a row meet the same cells. */
+bool pm_tree_rows_suffice(const struct pm_tree *tree);
+
 /* ---- between bsdf_tree.c and bsdf_tree_sum.c ---- */
 
 /* Shirley and Chiu's square of the unit disc and back; both within [0, 1)^2 and |r| < 1. */
