@@ -2,6 +2,8 @@
  * constant is evaluated here. */
 #include "language/compile_internal.h"
 
+#include <assert.h>
+
 enum { DEPTH_MAX = 4096 };
 
 static uint32_t add_ray(struct compiler *c, const struct pm_node *node)
@@ -247,6 +249,7 @@ static pm_status compile_roots(struct compiler *c, struct pm_node *const *nodes,
         program->roots[i] = compile_text(c, nodes[i], request->arg_count);
         if (program->roots[i] == NONE)
             return c->err->status;
+        assert(c->stack.count == 0);
     }
     program->root_count = request->text_count;
     program->arg_count = request->arg_count;

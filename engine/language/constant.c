@@ -1,6 +1,8 @@
 /* Constants: expressions that are evaluated while they are read. */
 #include "language/compile_internal.h"
 
+#include <assert.h>
+
 /* What a constant asked for and cannot have. */
 static void constant_lacks(const struct compiler *c, const struct pm_node *place,
                            const struct pm_node *missing)
@@ -57,6 +59,7 @@ pm_status pm_constant_value(pm_language *language, const struct pm_node *node, d
     if (root == NONE)
         st = err->status;
     language->fold_work += c.op_count;
+    assert(st || c.stack.count == 0);
     if (!st) {
         struct pm_code code = pm_compiler_code(&c);
         pm_code_run(&code, &root, 1, NULL, NULL, &got, &result);

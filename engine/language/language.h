@@ -27,7 +27,7 @@
 typedef struct pm_language pm_language;
 
 enum {
-    PM_LANGUAGE_DEPTH = 20000,      /* nested nodes of one evaluation */
+    PM_LANGUAGE_DEPTH = 32000,      /* nested nodes of one evaluation */
     PM_LANGUAGE_WORK = 1 << 20,     /* of one evaluation, in units of up to four nodes */
     PM_LANGUAGE_NESTING = 400,      /* parentheses, calls and powers inside each other */
     PM_LANGUAGE_PARAMETERS = 64,    /* of a function */

@@ -37,11 +37,11 @@ static void recursion_whose_branches_never_end_is_refused(void **state)
         const char *text, *expression, *message;
     } rows[] = {
         {"f(a) = if(a, f(a + 1), f(a - 1));", "f(Px)",
-         "f.cal:1:1: the recursion of f has no end: it was followed 20000 levels deep"},
+         "f.cal:1:1: the recursion of f has no end: it was followed 32000 levels deep"},
         {"\n f(a) = if(a, f(a + 1), 0);", "f(7)",
-         "f.cal:2:2: the recursion of f has no end: it was followed 20000 levels deep"},
+         "f.cal:2:2: the recursion of f has no end: it was followed 32000 levels deep"},
         {"", "turbulence(Px, Py, Pz, 0)",
-         "main.rad:3:5: the recursion of turbulence has no end: it was followed 20000 levels "
+         "main.rad:3:5: the recursion of turbulence has no end: it was followed 32000 levels "
          "deep"},
         {"f(n) = if(n, f(n - 1) + f(n - 1), 1);", "f(50)",
          "f.cal:1:1: f takes too long: it was followed through 1048576 steps"},
