@@ -166,7 +166,9 @@ static void set_scattering(const pm_world *world, struct pm_material *m)
         pm_bsdf_set_abilities(world, m);
         break;
     case PM_BRTDFUNC: /* what its expressions may give */
-        m->diffuse = m->specular = m->straight = true;
+        m->diffuse = colored;
+        m->specular = m->specularity > 0;
+        m->straight = m->straight_fraction > 0;
         break;
     case PM_MIST:
     case PM_ANTIMATTER:

@@ -54,7 +54,26 @@ static void read_grained(struct pm_material *m, const pm_primitive *p)
     }
 }
 
-/* plasfunc and what is like it; a BRTDfunc's reals stay in its modifier. */
+/* Whether any of three string arguments is more than "0". */
+static bool says_something(const pm_primitive *p, unsigned first)
+{
+    for (unsigned i = first; i < first + 3; i++)
+        if (strcmp(p->strings[i], "0") != 0)
+            return true;
+    return false;
+}
+
+/* What a BRTDfunc may do: its reals and functions stay in its modifier. */
+static void read_brtdfunc(struct pm_material *m, const pm_primitive *p)
+{
+    m->specularity = says_something(p, 0);
+    m->straight_fraction = says_something(p, 3);
+    m->color = pm_rgb_grey(says_something(p, 6));
+    for (int i = 0; i < 9; i += 3)
+        m->color = pm_rgb_add(m->color, rgb_of(p->reals + i));
+}
+
+/* plasfunc and what is like it. */
 static void read_function(struct pm_material *m, const pm_primitive *p)
 {
     m->specularity = p->reals[3];
@@ -134,6 +153,9 @@ static void read_reals(struct pm_material *m, const pm_primitive *p, double scal
     case PM_TRANS2:
     case PM_ASHIK2:
         read_grained(m, p);
+        break;
+    case PM_BRTDFUNC:
+        read_brtdfunc(m, p);
         break;
     case PM_PLASFUNC:
     case PM_METFUNC:

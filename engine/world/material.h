@@ -55,7 +55,8 @@ struct pm_material {
     /* A mixture's foreground and background; PM_NO_PRIMITIVE: straight passage. */
     uint32_t components[2];
 
-    /* Reflectance, transmissivity of glass, or emitted radiance. */
+    /* Reflectance, transmissivity of glass, or emitted radiance. BRTDfunc: black if it has no
+     * diffuse part; then specularity and straight_fraction say whether it has such parts. */
     pm_rgb color;
 
     pm_rgb specular_color; /* ashik2 */

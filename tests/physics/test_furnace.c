@@ -161,6 +161,33 @@ static void furnace_irradiance_on_the_wall_and_in_the_middle(void **state)
     free(text);
 }
 
+/* ---- a wall by a function ---- */
+
+#define CAL "\n#file f.cal\neven(x,y,z,w) = 1/PI;\n"
+
+/* A function that says what a Lambertian wall does gives what that gives: photons are stored on
+ * it, weighed by it, scattered and gathered by it. */
+static void furnace_of_a_function_is_that_of_its_values(void **state)
+{
+    (void)state;
+    pm_sensor sensors[DIRECTIONS];
+    spread(sensors, false);
+    char *text = text_of("void light bright 0 0 3 1 1 1\n"
+                         "bright ring cap 0 0 8 0 0 %.17g 0 0 -1 0 %.17g\n"
+                         "void metfunc grey 2 even f.cal 0 4 .5 .5 .5 .8\n"
+                         "grey sphere wall 0 0 4 0 0 0 1" CAL,
+                         CAP_HEIGHT, CAP_RADIUS);
+    double want = furnace_radiance(.5, 1);
+    pm_job job = job_of(PM_JOB_TRACE, -1);
+    look_at(&job, sensors, DIRECTIONS, PM_RADIANCE);
+    struct stat progressive = run_mean(&job, text, SEEDS, GREY);
+    expect_mean("progressive", &progressive, want, 0);
+    job = map_job(1, sensors);
+    struct stat gathered = run_mean(&job, text, SEEDS, GREY);
+    expect_mean("-ab 1", &gathered, want, rim_loss() * want);
+    free(text);
+}
+
 /* ---- objects that vanish ---- */
 
 /* Under an even sky of radiance 1 everything lossless has radiance 1, whatever its shape and
@@ -175,6 +202,15 @@ static void lossless_objects_vanish_in_an_even_sky(void **state)
         "void metal p 0 0 5 1 1 1 1 0  p sphere s 0 0 4 0 0 0 1\n",
         "void glass g 0 0 3 1 1 1  g polygon s 0 0 9 -1 -1 0 1 -1 0 0 1 0\n",
         "void trans t 0 0 7 1 1 1 0 0 .5 .4  t ring s 0 0 8 0 0 0 0 0 1 0 1\n",
+        "void interface i 0 0 8 1 1 1 1.5 1 1 1 1.33  i sphere s 0 0 4 0 0 0 1\n",
+        "void prism2 p 9 .4 Dx -Dy -Dz .6 Dy -Dx Dz . 0 0  p ring s 0 0 8 0 0 0 0 0 1 0 1\n",
+        "void BRTDfunc b 10 Rdot^2 .3 0 1-Rdot^2 .7 1 0 0 0 . 0 9 0 0 0 0 0 0 0 0 0\n"
+        "b sphere s 0 0 4 0 0 0 1\n",
+        "void transfunc t 2 even f.cal 0 6 1 1 1 .3 .5 .4  t ring s 0 0 8 0 0 0 0 0 1 0 1\n",
+        "void texfunc w 4 .2*sin(9*Px) .1*Pz 0 . 0 0\n"
+        "w dielectric d 0 0 5 1 1 1 1.5 0  d sphere s 0 0 4 0 0 0 1\n",
+        "void metal m 0 0 5 1 1 1 1 0  void mixfunc x 4 m void .5+.5*sin(9*Px) . 0 0\n"
+        "x sphere s 0 0 4 0 0 0 1\n",
     };
     pm_sensor sensors[32];
     for (int i = 0; i < 32; i++) {
@@ -183,8 +219,8 @@ static void lossless_objects_vanish_in_an_even_sky(void **state)
         sensors[i].normal.x = .01 * i - .3;
     }
     for (size_t i = 0; i < sizeof objects / sizeof *objects; i++) {
-        char *text =
-            text_of("void light l 0 0 3 1 1 1  l source sky 0 0 4 0 0 1 360\n%s", objects[i]);
+        char *text = text_of("void light l 0 0 3 1 1 1  l source sky 0 0 4 0 0 1 360\n%s" CAL,
+                             objects[i]);
         pm_job job = job_of(PM_JOB_TRACE, 0);
         look_at(&job, sensors, 32, PM_RADIANCE);
         job.passes = 256;
@@ -201,6 +237,7 @@ int main(void)
         cmocka_unit_test(furnace_radiance_by_maps),
         cmocka_unit_test(furnace_direct_radiance_without_ambient),
         cmocka_unit_test(furnace_irradiance_on_the_wall_and_in_the_middle),
+        cmocka_unit_test(furnace_of_a_function_is_that_of_its_values),
         cmocka_unit_test(lossless_objects_vanish_in_an_even_sky),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
