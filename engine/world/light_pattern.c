@@ -314,7 +314,7 @@ static pm_status tabulate(pm_world *world, const struct pm_light *light, size_t 
     add_traits(world, world->materials[light->material].textures, &look.traits);
     if (light->surface == PM_NO_PRIMITIVE)
         return tabulate_sky(world, &look, evaluations, pattern, err);
-    return tabulate_lamp(world, &look, evaluations / LAMP_SHARE, pattern, err);
+    return tabulate_lamp(world, &look, evaluations, pattern, err);
 }
 
 /* ---- power ---- */
@@ -362,6 +362,8 @@ pm_status pm_light_pattern_build(pm_world *world, struct pm_light *light, size_t
     if (!pattern)
         return pm_error_set(err, PM_E_MEMORY, "out of memory for the lights");
     light->pattern = pattern;
+    if (light->surface != PM_NO_PRIMITIVE)
+        evaluations /= LAMP_SHARE;
     pm_status status =
         evaluations > FEW ? tabulate(world, light, evaluations, pattern, err) : PM_OK;
     if (!status)
