@@ -229,19 +229,40 @@ static void dielectric(struct shade *s)
 
 /* ---- prism1, prism2 ---- */
 
-/* A redirection: coefficient and direction (Radiance's m_direct.c). The light that goes on is
- * never more than came. */
-static void redirect(struct shade *s, double share, const double *direction)
+/* A redirection (Radiance's m_direct.c). Its coefficient is one of radiance: as a beam that
+ * leaves more askew than it comes has the smaller section, the share of flux differs by the
+ * ratio of the cosines. Neither way may more leave than comes. */
+struct redirection {
+    pm_vec3 wi;
+    double flux, radiance; /* 0: none */
+};
+
+static struct redirection redirection_of(const struct shade *s, const double v[4])
 {
-    double largest = fmax(fabs(direction[0]), fmax(fabs(direction[1]), fabs(direction[2])));
-    if (!(share > 0) || !(largest > 0))
+    struct redirection r = {{0, 0, 0}, 0, 0};
+    double largest = fmax(fabs(v[1]), fmax(fabs(v[2]), fabs(v[3])));
+    if (!(v[0] > 0) || !(largest > 0))
+        return r;
+    pm_vec3 wi = {v[1] / largest, v[2] / largest, v[3] / largest};
+    r.wi = pm_vec3_normalize(pm_shading_to_world(s->shading, &s->material->modifier, wi));
+    double leaving = fabs(pm_vec3_dot(r.wi, s->out->normal));
+    double coming = fabs(pm_vec3_dot(s->out->wo, s->out->normal));
+    if (!(leaving > 1e-6) || !(coming > 1e-6)) /* Radiance's FTINY: along the surface */
+        return r;
+    r.flux = fmin(v[0] * leaving / coming, 1);
+    r.radiance = fmin(v[0], leaving / coming);
+    return r;
+}
+
+static void redirect(struct shade *s, const struct redirection *r, double flux, double radiance)
+{
+    unsigned side = pm_vec3_dot(r->wi, s->out->normal) > 0 ? PM_SIDE_NEAR : PM_SIDE_FAR;
+    pm_lobe *lobe =
+        pm_shade_add(s, PM_LOBE_DIRECTION, PM_EVENT_SPECULAR, side, pm_rgb_grey(flux));
+    if (!lobe)
         return;
-    pm_vec3 wi = {direction[0] / largest, direction[1] / largest, direction[2] / largest};
-    wi = pm_vec3_normalize(pm_shading_to_world(s->shading, &s->material->modifier, wi));
-    double cosine = pm_vec3_dot(wi, s->out->normal);
-    if (fabs(cosine) > 1e-6) /* Radiance's FTINY: along the surface is nowhere */
-        pm_shade_direction(s, PM_EVENT_SPECULAR, cosine > 0 ? PM_SIDE_NEAR : PM_SIDE_FAR,
-                           pm_rgb_grey(share), wi);
+    lobe->u.direction.wi = r->wi;
+    lobe->u.direction.radiance_scale = radiance / flux;
 }
 
 static void prism(struct shade *s)
@@ -250,10 +271,11 @@ static void prism(struct shade *s)
     double v[8] = {0};
     if (!pm_shading_evaluate(s->shading, m, m->expressions, NULL, 0, v))
         return;
-    double first = fmax(v[0], 0), second = s->material->type == PM_PRISM2 ? fmax(v[4], 0) : 0;
-    double scale = 1 / fmax(first + second, 1);
-    redirect(s, first * scale, v + 1);
-    redirect(s, second * scale, v + 5);
+    struct redirection r[2] = {redirection_of(s, v), redirection_of(s, v + 4)};
+    double flux = 1 / fmax(r[0].flux + r[1].flux, 1);
+    double radiance = 1 / fmax(r[0].radiance + r[1].radiance, 1);
+    for (int i = 0; i < 2; i++)
+        redirect(s, &r[i], r[i].flux * flux, r[i].radiance * radiance);
 }
 
 /* ---- plasfunc, metfunc, transfunc, BRTDfunc and the same with data ---- */

@@ -119,7 +119,8 @@ typedef struct pm_scatter {
     pm_rgb weight;    /* f |cos wi| / pdf: what the throughput is multiplied by */
     double pdf;       /* [1/sr] of wi among the lobes of finite density drawn from, for multiple
                          importance sampling; 0 for the others, and by pm_surface_sample */
-    double radiance_scale; /* (index on wo's side / on wi's side)^2; 1 but for refraction */
+    double radiance_scale; /* (index on wo's side / on wi's side)^2; of prisms the ratio of the
+                              cosines; 1 for the others */
 } pm_scatter;
 
 /* The material of `hit` seen from wo by a walk that `media` hold, for photons and for bounces.
