@@ -116,7 +116,7 @@ enum { PM_CONTEXT_GLOBAL = 0 };
  *   context     out
  * Errors: PM_E_SYNTAX, PM_E_LIMIT, PM_E_RANGE (a constant that has no value), PM_E_MISSING (a
  * constant that names what is not there), PM_E_MEMORY, with file, line and column. The language
- * is then fit for pm_language_free only. */
+ * is then fit for pm_language_free only. Tests: test_parse.c, test_names.c. */
 PM_MUST_USE pm_status pm_language_read(pm_language *language, const char *name,
                                        const char *text, size_t size, uint32_t *context,
                                        pm_error *err);
@@ -156,15 +156,16 @@ struct pm_function_request {
     /* 0: texts are expressions. Else each is the name of a function, which will be called with
      * so many arguments (brightdata's func, colorpict's, the generators'). */
     unsigned arg_count;
-    /* Not NULL: the primitive's real arguments, known now: they are folded into the program,
-     * one that is not there is an error, and evaluation does not look at ray->reals. */
+    /* Not NULL: the primitive's real arguments, known now: they are folded into the program and
+     * one that is not there is an error. Where programs are very many they are read from the
+     * ray all the same, so the ray has them too. */
     const double *reals;
     uint32_t real_count;
 };
 
 /* Compiles; equal requests give the same function, and variables that several texts share are
- * evaluated once. Errors as pm_language_read, at the place where something undefined is used.
- */
+ * evaluated once. Errors as pm_language_read, at the place where something undefined is used;
+ * the language stays as it was. Tests: test_compile.c, test_recursion.c, test_random.c. */
 PM_MUST_USE pm_status pm_language_compile(pm_language *language,
                                           const struct pm_function_request *request,
                                           pm_function *out, pm_error *err);
@@ -179,7 +180,8 @@ uint64_t pm_function_uses(const pm_language *language, pm_function function);
  *   ray     NULL for functions that use none
  *   args    [arg_count] of the request; NULL if 0
  *   values  out: [text_count], finite
- * Returns the faults, 0 if there were none. */
+ * Returns the faults, 0 if there were none; after PM_FAULT_DEPTH or PM_FAULT_WORK all values
+ * are 0. At most 2.7 MiB of stack. Tests: test_evaluate.c, test_builtin.c, test_random.c. */
 unsigned pm_function_values(const pm_language *language, pm_function function,
                             const struct pm_ray_values *ray, const double *args,
                             unsigned arg_count, double *values);
@@ -195,7 +197,7 @@ double pm_function_value(const pm_language *language, pm_function function,
                          unsigned arg_count);
 
 /* The text of a standard file ("skybright.cal"), or NULL if there is none of this name. Static.
- */
+ * Each agrees with Radiance's file of the name. Test: files_agree_with_radiance. */
 const char *pm_language_standard(const char *name, size_t *size);
 
 #endif
