@@ -153,7 +153,18 @@ static inline double pm_power_weight(double pdf, double other)
 
 /* lookup.c: radiance towards wo of the vertex's photons, times throughput, added to `value`. */
 void pm_lookup_surface(const struct pm_pass *pass, const struct pm_spot *spot,
-                       pm_rgb throughput, enum pm_vertex vertex, struct pm_value *value);
+                       pm_rgb throughput, enum pm_vertex vertex, struct pm_sampler *sampler,
+                       struct pm_value *value);
+
+/* boundary.c: an estimate from the disc of a radius divides by the disc's area, though a part
+ * of it may lie beyond the surface's edges, where no photon can be. The number of places that
+ * are drawn from the disc until one lies on the surface has the mean disc / surface, so that
+ * the estimate times that number has no bias from edges, whatever their shape; well inside a
+ * surface the first place does. After a first failure 4 successes are drawn, for less noise:
+ * the rest of a geometric distribution is the same distribution again. Test:
+ * corners_and_edges_are_as_bright_as_they_are. */
+double pm_boundary_factor(const struct pm_pass *pass, const struct pm_spot *spot,
+                          pm_vec3 normal, double radius, struct pm_sampler *sampler);
 
 /* gather.c: the same by one gather ray, whose diffuse vertices are of kind `end`. */
 void pm_gather(const struct pm_pass *pass, const struct pm_spot *spot, pm_rgb throughput,

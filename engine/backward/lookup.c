@@ -129,7 +129,8 @@ static double common_share(const struct pm_pass *pass, const struct pm_lookup *l
 
 /* The photons on one side. */
 static void add_side(const struct pm_pass *pass, const struct pm_spot *spot, unsigned side,
-                     pm_rgb throughput, enum pm_vertex vertex, struct pm_value *value)
+                     pm_rgb throughput, enum pm_vertex vertex, struct pm_sampler *sampler,
+                     struct pm_value *value)
 {
     const struct pm_vertex_rule *rule = &pass->rules[vertex];
     const pm_photon_weight each = {photon_weight, spot->surface};
@@ -144,16 +145,21 @@ static void add_side(const struct pm_pass *pass, const struct pm_spot *spot, uns
     for (int i = 0; i < rule->lookup_count; i++) {
         pm_estimate estimate =
             ask(&rule->lookups[i], spot->point, normal, uniform ? NULL : &each);
+        if (!estimate.count)
+            continue;
         double share = common_share(pass, &rule->lookups[i], &estimate, vertex);
-        pm_rgb variance = pm_rgb_mul(pm_rgb_mul(weight, weight), estimate.variance);
-        value->radiance = pm_rgb_add(value->radiance, pm_rgb_mul(weight, estimate.irradiance));
+        double edges = pm_boundary_factor(pass, spot, normal, estimate.radius, sampler);
+        pm_rgb here = pm_rgb_scale(weight, edges);
+        pm_rgb variance = pm_rgb_mul(pm_rgb_mul(here, here), estimate.variance);
+        value->radiance = pm_rgb_add(value->radiance, pm_rgb_mul(here, estimate.irradiance));
         value->variance = pm_rgb_madd(value->variance, share, variance);
     }
 }
 
 void pm_lookup_surface(const struct pm_pass *pass, const struct pm_spot *spot,
-                       pm_rgb throughput, enum pm_vertex vertex, struct pm_value *value)
+                       pm_rgb throughput, enum pm_vertex vertex, struct pm_sampler *sampler,
+                       struct pm_value *value)
 {
-    add_side(pass, spot, PM_SIDE_NEAR, throughput, vertex, value);
-    add_side(pass, spot, PM_SIDE_FAR, throughput, vertex, value);
+    add_side(pass, spot, PM_SIDE_NEAR, throughput, vertex, sampler, value);
+    add_side(pass, spot, PM_SIDE_FAR, throughput, vertex, sampler, value);
 }

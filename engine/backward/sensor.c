@@ -50,7 +50,7 @@ void pm_probe_irradiance(const struct pm_pass *pass, const struct pm_probe *prob
         pm_gather(pass, &spot, pi, PM_VERTEX_SENSOR, sampler, value);
         return;
     }
-    pm_lookup_surface(pass, &spot, pi, PM_VERTEX_EYE, value);
+    pm_lookup_surface(pass, &spot, pi, PM_VERTEX_EYE, sampler, value);
     if (pass->rules[PM_VERTEX_EYE].gather)
         pm_gather(pass, &spot, pi, PM_VERTEX_GATHER, sampler, value);
 }

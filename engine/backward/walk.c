@@ -54,7 +54,7 @@ static void add_vertex(const struct pm_pass *pass, const struct pm_walk *walk,
     if (lobes)
         add_light(walk, pm_direct_light(pass, spot, walk->throughput, lobes, sampler), value);
     if (diffuse)
-        pm_lookup_surface(pass, spot, walk->throughput, walk->vertex, value);
+        pm_lookup_surface(pass, spot, walk->throughput, walk->vertex, sampler, value);
     if (diffuse && rule->gather)
         pm_gather(pass, spot, walk->throughput, PM_VERTEX_GATHER, sampler, value);
 }

@@ -17,6 +17,15 @@ static double squared_bound(double radius)
     return r * r;
 }
 
+bool pm_photon_counts(pm_vec3 point, pm_vec3 normal, pm_vec3 photon, pm_vec3 photon_normal)
+{
+    pm_vec3 way = pm_vec3_sub(photon, point);
+    pm_vec3 mean = pm_vec3_scale(pm_vec3_add(normal, photon_normal), .5);
+    double height = fabs(pm_vec3_dot(mean, way)) - PM_TANGENT_SLACK / PM_GRID_PER_WORLD;
+    return pm_vec3_dot(normal, photon_normal) >= PM_NORMAL_COSINE &&
+           height <= PM_TANGENT_SLOPE * pm_vec3_length(way);
+}
+
 /* Turns sums of packed fluxes into a density over `measure` [world units^2 or ^3]. */
 static pm_estimate estimate(const pm_photon_map *map, const pm_flux_sum *sums, double radius,
                             double measure)

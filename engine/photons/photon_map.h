@@ -106,6 +106,9 @@ pm_estimate pm_photon_map_nearest(const pm_photon_map *map, pm_vec3 point, pm_ve
                                   uint32_t gather_count, double max_radius,
                                   pm_photon_filter filter, const pm_photon_weight *weight);
 
+/* Whether a photon there, on the side of its normal, counts at the point, as said above. */
+bool pm_photon_counts(pm_vec3 point, pm_vec3 normal, pm_vec3 photon, pm_vec3 photon_normal);
+
 /* The same with a fixed radius: E = sum flux / (pi r^2), finite r > 0. */
 pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
                                  double radius, pm_photon_filter filter,

@@ -156,3 +156,8 @@ pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, pm_vec3 di
     surface_at(world, hit, wo, media, SHADOW_RAY, &surface);
     return pm_surface_part(&surface, PM_EVENT_STRAIGHT, PM_SIDE_FAR);
 }
+
+bool pm_surface_may_store(const pm_world *world, const pm_hit *hit)
+{
+    return pm_material_is_diffuse(&world->materials[hit->material]);
+}
