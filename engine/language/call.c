@@ -5,7 +5,10 @@
 #include <math.h>
 #include <string.h>
 
-enum { INLINE_MAX = 64 }; /* nodes of a body that is put in place of its calls */
+enum {
+    INLINE_MAX = 64,    /* nodes of a body that is put in place of its calls */
+    INSTANCE_MAX = 1000 /* of a function, for the functions that it is called with */
+};
 
 /* A function as called with certain functions for its arguments. */
 struct pm_instance {
@@ -109,6 +112,7 @@ static struct pm_instance *find_instance(struct compiler *c, struct pm_definitio
     if (definition->stamp != c->stamp) {
         definition->stamp = c->stamp;
         definition->instances = NULL;
+        definition->instance_count = 0;
         definition->expanded = 0;
         definition->expanding = false;
     }
@@ -123,6 +127,11 @@ static struct pm_instance *add_instance(struct compiler *c, struct pm_definition
                                         const struct pm_name *const *bound)
 {
     size_t size = definition->parameter_count * sizeof *bound;
+    if (++definition->instance_count > INSTANCE_MAX) {
+        FAIL(c, definition, PM_E_LIMIT, "%s is called with more than %d different functions",
+             definition->text, INSTANCE_MAX);
+        return NULL;
+    }
     struct pm_instance *instance = pm_arena_alloc(&c->arena, sizeof *instance + size);
     if (!instance || !pm_language_grow((void **)&c->routines, c->routine_count,
                                        &c->routine_size, sizeof *c->routines)) {

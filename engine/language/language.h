@@ -33,7 +33,7 @@ enum {
     PM_LANGUAGE_PARAMETERS = 64,    /* of a function */
     PM_LANGUAGE_NAME = 127,         /* bytes of a name */
     PM_LANGUAGE_TEXTS = 16,         /* expressions of one function */
-    PM_LANGUAGE_TEXT_MAX = 8 << 20, /* bytes of all files of a language */
+    PM_LANGUAGE_TEXT_MAX = 4 << 20, /* bytes of all files of a language */
     PM_LANGUAGE_CODE_MAX = 32 << 20 /* nodes of all programs of a language */
 };
 

@@ -46,6 +46,7 @@ struct pm_definition {
     uint32_t expanded; /* nodes that the body becomes when it is put in place */
     bool expanding;
     struct pm_instance *instances;
+    uint32_t instance_count;
 };
 
 /* A qualified name: `x`, or `x` with a mark and its context. */

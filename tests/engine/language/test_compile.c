@@ -176,6 +176,18 @@ static void what_of_the_ray_is_used_is_told(void **state)
     pm_language_free(b.language);
 }
 
+static void too_many_functions_for_one_are_refused(void **state)
+{
+    (void)state;
+    static char text[60000] = "r(h, n) = if(n, h(n) + r(h, n - 1), 0);\n", sum[60000];
+    char *at = text + strlen(text), *term = sum;
+    for (int i = 0; i < 1500; i++) {
+        at += sprintf(at, "g%d(x) = x + %d;\n", i, i);
+        term += sprintf(term, "%sr(g%d, Px)", i ? "+" : "", i);
+    }
+    bench_refuses(text, sum, "f.cal:1:1: r is called with more than 1000 different functions");
+}
+
 static void too_many_variables_are_refused(void **state)
 {
     (void)state;
@@ -204,6 +216,7 @@ int main(void)
         cmocka_unit_test(several_texts_make_one_function),
         cmocka_unit_test(equal_requests_give_one_function),
         cmocka_unit_test(what_of_the_ray_is_used_is_told),
+        cmocka_unit_test(too_many_functions_for_one_are_refused),
         cmocka_unit_test(too_many_variables_are_refused),
     };
     return cmocka_run_group_tests_name("language.compile", tests, NULL, NULL);
