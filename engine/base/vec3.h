@@ -72,6 +72,17 @@ static inline pm_vec3 pm_vec3_reflect(pm_vec3 w, pm_vec3 n)
     return pm_vec3_sub(pm_vec3_scale(n, 2 * pm_vec3_dot(w, n)), w);
 }
 
+/* The lesser and the greater of each coordinate; inline, as fmin and fmax are not. */
+static inline pm_vec3 pm_vec3_min(pm_vec3 a, pm_vec3 b)
+{
+    return (pm_vec3){a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z};
+}
+
+static inline pm_vec3 pm_vec3_max(pm_vec3 a, pm_vec3 b)
+{
+    return (pm_vec3){a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z};
+}
+
 static inline int pm_vec3_finite(pm_vec3 a)
 {
     return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);

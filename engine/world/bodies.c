@@ -55,9 +55,8 @@ static struct source source_of(const struct maker *m, size_t body)
 
 static void include(struct pm_body *b, pm_vec3 low, pm_vec3 high)
 {
-    b->low = pm_vec3_make(fmin(b->low.x, low.x), fmin(b->low.y, low.y), fmin(b->low.z, low.z));
-    b->high =
-        pm_vec3_make(fmax(b->high.x, high.x), fmax(b->high.y, high.y), fmax(b->high.z, high.z));
+    b->low = pm_vec3_min(b->low, low);
+    b->high = pm_vec3_max(b->high, high);
 }
 
 static pm_vec3 turned(const pm_transform *t, pm_vec3 v)

@@ -202,10 +202,8 @@ void pm_mesh_body_bounds(const struct pm_mesh_body *m, uint32_t triangle, pm_vec
 {
     pm_vec3 a = corner_of(m, triangle, 0), b = corner_of(m, triangle, 1);
     pm_vec3 c = corner_of(m, triangle, 2);
-    *low = pm_vec3_make(fmin(fmin(a.x, b.x), c.x), fmin(fmin(a.y, b.y), c.y),
-                        fmin(fmin(a.z, b.z), c.z));
-    *high = pm_vec3_make(fmax(fmax(a.x, b.x), c.x), fmax(fmax(a.y, b.y), c.y),
-                         fmax(fmax(a.z, b.z), c.z));
+    *low = pm_vec3_min(pm_vec3_min(a, b), c);
+    *high = pm_vec3_max(pm_vec3_max(a, b), c);
 }
 
 /* Where the ray meets the triangle: the corners' depths, weighted by the edges' sides, so that

@@ -8,7 +8,7 @@
 #include "base/radix.h"
 #include "world/body.h"
 
-enum { LEAF_SURFACES = 16, MAX_DEPTH = 14, MOST_ENTRIES = 1024 };
+enum { LEAF_SURFACES = 32, MAX_DEPTH = 14, MOST_ENTRIES = 1024 };
 
 /* What a cell may hold, in an order that keeps neighbours in space together. */
 struct item {

@@ -3,8 +3,8 @@
 
 #include "world/world_internal.h"
 
-/* The Merkle tree over the world's cube, divided as Radiance's oconv -n 16 divides: a cube that
- * meets more than 16 surfaces and instances is cut into eight, down to 1/2^14 of the edge (-r).
+/* The Merkle tree over the world's cube, divided as Radiance's oconv -n 32 divides: a cube that
+ * meets more than 32 surfaces and instances is cut into eight, down to 1/2^14 of the edge (-r).
  * Large surfaces that cross each other everywhere, or coincide, would be cut without end: the
  * sets of all nodes together have at most 1024 entries for each surface, shared out on the way
  * down in proportion to what the cubes hold, so that the division of a cube depends only on

@@ -31,35 +31,37 @@ struct query {
 
 /* Boxes are widened by this. A ray starts in the cube [-1, 1]^3 (and PM_CUBE_MARGIN) when it is
  * rounded to float: its origin is then off by at most 2^-25 a coordinate, its direction by
- * 2^-25, which over at most 2 sqrt(3) is 3.5 * 2^-25. Together less than 5 * 2^-25; Embree's
- * robust traversal covers its own rounding. */
+ * 2^-25, which over at most 2 sqrt(3) is 3.5 * 2^-25. Together less than 5 * 2^-25, and the box
+ * is rounded by 2^-24 at most; Embree's robust traversal covers its own rounding. */
 #define BOX_MARGIN 0x1p-22
 
 /* ---- boxes ---- */
 
-/* Rounds outwards. */
 static void set_bounds(struct RTCBounds *b, pm_vec3 low, pm_vec3 high)
 {
-    b->lower_x = nextafterf((float)(low.x - BOX_MARGIN), -INFINITY);
-    b->lower_y = nextafterf((float)(low.y - BOX_MARGIN), -INFINITY);
-    b->lower_z = nextafterf((float)(low.z - BOX_MARGIN), -INFINITY);
-    b->upper_x = nextafterf((float)(high.x + BOX_MARGIN), INFINITY);
-    b->upper_y = nextafterf((float)(high.y + BOX_MARGIN), INFINITY);
-    b->upper_z = nextafterf((float)(high.z + BOX_MARGIN), INFINITY);
+    b->lower_x = (float)(low.x - BOX_MARGIN);
+    b->lower_y = (float)(low.y - BOX_MARGIN);
+    b->lower_z = (float)(low.z - BOX_MARGIN);
+    b->upper_x = (float)(high.x + BOX_MARGIN);
+    b->upper_y = (float)(high.y + BOX_MARGIN);
+    b->upper_z = (float)(high.z + BOX_MARGIN);
+}
+
+static pm_vec3 corner(const struct pm_piece *p, int i)
+{
+    return pm_vec3_make(p->corner[0][i], p->corner[1][i], p->corner[2][i]);
 }
 
 static void piece_bounds(const struct RTCBoundsFunctionArguments *args)
 {
     const struct pm_tree *tree = args->geometryUserPtr;
     const struct pm_piece *p = &tree->pieces.piece[args->primID];
-    double low[3], high[3];
-    for (int axis = 0; axis < 3; axis++) {
-        const double *c = p->corner[axis];
-        low[axis] = fmin(fmin(c[0], c[1]), fmin(c[2], c[3]));
-        high[axis] = fmax(fmax(c[0], c[1]), fmax(c[2], c[3]));
+    pm_vec3 low = corner(p, 0), high = low;
+    for (int i = 1; i < 4; i++) {
+        low = pm_vec3_min(low, corner(p, i));
+        high = pm_vec3_max(high, corner(p, i));
     }
-    set_bounds(args->bounds_o, pm_vec3_make(low[0], low[1], low[2]),
-               pm_vec3_make(high[0], high[1], high[2]));
+    set_bounds(args->bounds_o, low, high);
 }
 
 static void round_bounds(const struct RTCBoundsFunctionArguments *args)

@@ -27,9 +27,8 @@ static pm_vec3 disc_extent(pm_vec3 n)
 
 static void include(pm_vec3 *low, pm_vec3 *high, pm_vec3 center, pm_vec3 extent)
 {
-    pm_vec3 a = pm_vec3_sub(center, extent), b = pm_vec3_add(center, extent);
-    *low = pm_vec3_make(fmin(low->x, a.x), fmin(low->y, a.y), fmin(low->z, a.z));
-    *high = pm_vec3_make(fmax(high->x, b.x), fmax(high->y, b.y), fmax(high->z, b.z));
+    *low = pm_vec3_min(*low, pm_vec3_sub(center, extent));
+    *high = pm_vec3_max(*high, pm_vec3_add(center, extent));
 }
 
 void pm_shape_set_bounds(struct pm_shape *s)

@@ -303,8 +303,9 @@ static void polygon_bounds(const pm_primitive *primitive, pm_vec3 *low, pm_vec3 
     *high = pm_vec3_negate(*low);
     for (uint32_t i = 0; i + 2 < primitive->real_count; i += 3) {
         const double *r = primitive->reals + i;
-        *low = pm_vec3_make(fmin(low->x, r[0]), fmin(low->y, r[1]), fmin(low->z, r[2]));
-        *high = pm_vec3_make(fmax(high->x, r[0]), fmax(high->y, r[1]), fmax(high->z, r[2]));
+        pm_vec3 p = {r[0], r[1], r[2]};
+        *low = pm_vec3_min(*low, p);
+        *high = pm_vec3_max(*high, p);
     }
 }
 

@@ -154,15 +154,15 @@ static void digest_changes_with_added_removed_and_repeated_surfaces(void **state
     assert_differ(BALLS, BALLS "void light b 0 0 3 1 1 1\nb source u 0 0 4 1 1 1 1\n");
 }
 
-/* Three balls in each of eight far corners: the top holds 24 surfaces and is cut once. */
-static void cubes_with_more_than_sixteen_surfaces_are_cut(void **state)
+/* Five balls in each of eight far corners: the top holds 40 surfaces and is cut once. */
+static void cubes_with_more_than_thirty_two_surfaces_are_cut(void **state)
 {
     (void)state;
     struct text t = {0};
     size_t nodes;
     add(&t, "void plastic a 0 0 5 .5 .5 .5 0 0\n");
     for (int i = 0; i < 8; i++)
-        for (int k = 0; k < 3; k++)
+        for (int k = 0; k < 5; k++)
             add(&t, "a sphere s 0 0 4 %g %g %g .0625\n", (i & 1) * 10 + 1.0,
                 (i >> 1 & 1) * 10 + 1., (i >> 2) * 10 + 1 + .25 * k);
     pm_scene *scene = scene_of(t.data);
@@ -172,8 +172,8 @@ static void cubes_with_more_than_sixteen_surfaces_are_cut(void **state)
     free(t.data);
 }
 
-/* Twenty coincident polygons can never be parted, and a hundred that cross each other hardly.
- * Each cut adds eight nodes and 17 entries at least, of 1024 for each surface. */
+/* Forty coincident polygons can never be parted, and a hundred that cross each other hardly.
+ * Each cut adds eight nodes and 33 entries at least, of 1024 for each surface. */
 static void surfaces_that_cannot_be_parted_do_not_cut_for_ever(void **state)
 {
     (void)state;
@@ -183,7 +183,7 @@ static void surfaces_that_cannot_be_parted_do_not_cut_for_ever(void **state)
     pm_rng_init(&rng, 1, PM_RNG_PATH, 0);
     add(&same, "void plastic a 0 0 5 .5 .5 .5 0 0\n");
     add(&crossing, "void plastic a 0 0 5 .5 .5 .5 0 0\n");
-    for (int i = 0; i < 20; i++)
+    for (int i = 0; i < 40; i++)
         add(&same, "a polygon s 0 0 12 0 0 .3 1 0 .3 1 1 .3 0 1 .3\n");
     for (int i = 0; i < 100; i++) {
         add(&crossing, "a polygon s 0 0 9");
@@ -193,11 +193,11 @@ static void surfaces_that_cannot_be_parted_do_not_cut_for_ever(void **state)
     }
     pm_scene *scene = scene_of(same.data);
     hash_of_scene(scene, &nodes);
-    assert_in_range(nodes, 9, 1 + 8 * 1024 * 20 / 17);
+    assert_in_range(nodes, 9, 1 + 8 * 1024 * 40 / 33);
     pm_scene_free(scene);
     scene = scene_of(crossing.data);
     hash_of_scene(scene, &nodes);
-    assert_in_range(nodes, 9, 1 + 8 * 1024 * 100 / 17);
+    assert_in_range(nodes, 9, 1 + 8 * 1024 * 100 / 33);
     pm_scene_free(scene);
     free(same.data);
     free(crossing.data);
@@ -211,7 +211,7 @@ int main(void)
         cmocka_unit_test(digest_changes_with_types_modifiers_and_references),
         cmocka_unit_test(digest_tells_which_of_two_equal_materials_antimatter_lists),
         cmocka_unit_test(digest_changes_with_added_removed_and_repeated_surfaces),
-        cmocka_unit_test(cubes_with_more_than_sixteen_surfaces_are_cut),
+        cmocka_unit_test(cubes_with_more_than_thirty_two_surfaces_are_cut),
         cmocka_unit_test(surfaces_that_cannot_be_parted_do_not_cut_for_ever),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
