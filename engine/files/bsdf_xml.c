@@ -300,6 +300,29 @@ static void XMLCALL on_begin(void *user, const char *name, const char **attribut
 
 /* ---- text ---- */
 
+/* The others hold elements, and white space without bounds between them. */
+static bool holds_words(enum tag tag)
+{
+    switch (tag) {
+    case OTHER:
+    case ROOT:
+    case WINDOW_ELEMENT:
+    case OPTICAL:
+    case LAYER:
+    case MATERIAL:
+    case GEOMETRY:
+    case DATA_DEFINITION:
+    case BASIS:
+    case BASIS_BLOCK:
+    case THETA_BOUNDS:
+    case WAVELENGTH_DATA:
+    case BLOCK:
+        return false;
+    default:
+        return true;
+    }
+}
+
 static void XMLCALL on_text(void *user, const char *text, int length)
 {
     struct reader *r = user;
@@ -311,6 +334,8 @@ static void XMLCALL on_text(void *user, const char *text, int length)
                         r->values.message);
         return;
     }
+    if (!holds_words(now(r)))
+        return;
     size_t size = (size_t)length, room = sizeof r->text - 1 - r->length;
     r->too_long |= size > room;
     size = size < room ? size : room;
@@ -506,12 +531,8 @@ static void end_size(struct reader *r, int which)
     r->out->size[which] = value;
 }
 
-static void end_text(struct reader *r, enum tag tag)
+static void end_definition_text(struct reader *r, enum tag tag)
 {
-    if (r->too_long && tag != MGF_BLOCK && tag != OTHER) {
-        refuse(r, PM_E_LIMIT, "text of more than %d characters where a word is due", TEXT - 1);
-        return;
-    }
     switch (tag) {
     case FILE_TYPE:
         if (strcmp(trimmed(r), "BSDF") != 0)
@@ -540,6 +561,14 @@ static void end_text(struct reader *r, enum tag tag)
     case PHI_COUNT:
         r->phi_count = number(r, "nPhis");
         break;
+    default:
+        break;
+    }
+}
+
+static void end_data_text(struct reader *r, enum tag tag)
+{
+    switch (tag) {
     case WAVELENGTH:
         end_wavelength(r, trimmed(r));
         break;
@@ -558,6 +587,16 @@ static void end_text(struct reader *r, enum tag tag)
     default:
         break;
     }
+}
+
+static void end_text(struct reader *r, enum tag tag)
+{
+    if (r->too_long && tag != MGF_BLOCK) {
+        refuse(r, PM_E_LIMIT, "text of more than %d characters where a word is due", TEXT - 1);
+        return;
+    }
+    end_definition_text(r, tag);
+    end_data_text(r, tag);
 }
 
 static void XMLCALL on_end(void *user, const char *name)
@@ -585,6 +624,7 @@ static void XMLCALL on_end(void *user, const char *name)
         break;
     }
     r->length = 0;
+    r->too_long = false;
     r->depth--;
 }
 

@@ -196,8 +196,11 @@ static void what_bears_no_light_is_passed_over(void **state)
         "<Note><Optical><Layer/></Optical></Note><Optical><Layer>"
         "<Geometry format=\"MGF\"><MGFblock unit=\"Meter\">\nxf -t 0 0 "
         "1\n</MGFblock></Geometry>" ONE BLOCK("visible", "reflection BACK") BASES("ONE", "one")
-            DATA(" 1e-1,\n") END_BLOCK "</Layer><Layer>" BLOCK("Visible", "Reflection Back")
-                BASES("one", "one") DATA("?") END_BLOCK CLOSE;
+            DATA(" 1e-1,\n") END_BLOCK
+        "                                                                                "
+        "                                                                                "
+        "</Layer><Layer>" BLOCK("Visible", "Reflection Back") BASES("one", "one") DATA("?")
+            END_BLOCK CLOSE;
     pm_bsdf *bsdf = NULL;
     pm_error err = PM_ERROR_INIT;
     assert_ok(pm_bsdf_read(text, sizeof text - 1, "b.xml", &bsdf, &err), &err);
