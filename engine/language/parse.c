@@ -319,22 +319,34 @@ static struct pm_node *channel(struct parser *p)
     return skip(p) ? NULL : node;
 }
 
-/* The parameter of this name, or NULL. */
-static struct pm_node *find_parameter(struct parser *p, const char *name, struct place place)
+/* False if there is no parameter of this name; *node is NULL if memory is short. */
+static bool find_parameter(struct parser *p, const char *name, struct place place,
+                           struct pm_node **node)
 {
     struct pm_definition *function = p->function;
-    for (uint32_t i = 0; function && i < function->parameter_count; i++) {
-        if (strcmp(function->parameters[i], name) != 0)
-            continue;
-        struct pm_node *node = new_node(p, PM_NODE_PARAMETER, place);
-        if (!node)
-            return NULL;
-        node->index = i;
-        function->occurrences[i]++;
-        if (function->needed < i + 1)
-            function->needed = i + 1;
+    uint32_t i = 0, count = function ? function->parameter_count : 0;
+    while (i < count && strcmp(function->parameters[i], name) != 0)
+        i++;
+    if (i == count)
+        return false;
+    *node = new_node(p, PM_NODE_PARAMETER, place);
+    if (*node)
+        (*node)->index = i;
+    function->occurrences[i]++;
+    if (function->needed < i + 1)
+        function->needed = i + 1;
+    return true;
+}
+
+static struct pm_node *global_or_local(struct parser *p, const char *name, struct place place)
+{
+    struct pm_node *node = new_node(p, PM_NODE_NAME, place);
+    if (!node)
+        return NULL;
+    node->name = pm_name_insert(p->language, p->mark, name);
+    if (node->name)
         return node;
-    }
+    no_memory(p);
     return NULL;
 }
 
@@ -391,17 +403,11 @@ static struct pm_node *name_or_call(struct parser *p)
     struct place place = here(p);
     if (get_name(p, name))
         return NULL;
-    struct pm_node *node = find_parameter(p, name, place);
-    if (!node) {
-        node = new_node(p, PM_NODE_NAME, place);
-        if (!node)
-            return NULL;
-        node->name = pm_name_insert(p->language, p->mark, name);
-        if (!node->name) {
-            no_memory(p);
-            return NULL;
-        }
-    }
+    struct pm_node *node = NULL;
+    if (!find_parameter(p, name, place, &node))
+        node = global_or_local(p, name, place);
+    if (!node)
+        return NULL;
     if (peek(p) == '(')
         node = arguments(p, node);
     return node && is_constant(node) ? fold(p, node) : node;
