@@ -72,10 +72,10 @@ static void start_on_triangle(struct pm_probe *q, const struct pm_probe *at, uin
 static void set_start(struct pm_probe *q, uint32_t from)
 {
     q->after = (struct pm_ray_key){0, UINT32_MAX, INT64_MAX};
-    q->from = from;
+    q->from = from < q->body->count ? from : PM_NO_PRIMITIVE;
     q->from_group = PM_NO_PRIMITIVE;
     pm_probe_set_foreign(q);
-    if (from == PM_NO_PRIMITIVE)
+    if (q->from == PM_NO_PRIMITIVE)
         return;
     if (from < q->body->shape_count) {
         start_on_shape(q, q, from);

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Prints the tables of the benchmarks named: sh tests/bench/run.sh forward lookup render world
+# Prints the tables of the benchmarks named: sh tests/bench/run.sh forward lookup render language world
 # BUILD names another build tree than the release preset's.
 set -eu
 cd "$(dirname "$0")/../.."
