@@ -70,6 +70,12 @@ static bool look_up(const pm_brdf *b, double args[5])
     return isfinite(args[0]);
 }
 
+/* [1/sr]; sums and products of what is more than this might not be finite. */
+static double bounded(double f)
+{
+    return fmin(fmax(f, 0), 1e12);
+}
+
 pm_rgb pm_brdf_value(const pm_brdf *b, pm_vec3 wi)
 {
     const struct pm_modifier *m = &b->material->modifier;
@@ -84,8 +90,8 @@ pm_rgb pm_brdf_value(const pm_brdf *b, pm_vec3 wi)
                            data ? 5 : 4, v))
         return black;
     if (m->type != PM_BRTDFUNC)
-        return pm_rgb_grey(fmax(v[0], 0));
-    return (pm_rgb){fmax(v[0], 0), fmax(v[1], 0), fmax(v[2], 0)};
+        return pm_rgb_grey(bounded(v[0]));
+    return (pm_rgb){bounded(v[0]), bounded(v[1]), bounded(v[2])};
 }
 
 /* ---- what is known of a function ---- */

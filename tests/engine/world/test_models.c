@@ -30,6 +30,7 @@
     "greedy(x,y,z) = 3/PI;\n"                                                                  \
     "ridge(x,y,z) = .8*(1 + x)*(1 + Dx*Dy)*.5/PI;\n"                                           \
     "red(x,y,z) = if(z*Dz, .15, .3)/PI; green(x,y,z) = .15/PI;\n"                              \
+    "huge(x,y,z) = if(x, 1e300, 0);\n"                                                         \
     "scaled(v,x,y,z,w) = v*(1+w)/PI; polar(x,y,z) = z;\n"                                      \
     "#file d.dat\n1\n0 1 3\n.4 .8 1.2\n"
 
@@ -412,6 +413,23 @@ static void functions_that_make_light_are_scaled(void **state)
     pm_world_free(world);
 }
 
+static void huge_functions_stay_finite(void **state)
+{
+    (void)state;
+    pm_world *world = floor_of(
+        "void BRTDfunc m 10 0 0 0 0 0 0 huge green 0 f.cal 0 9 .1 .1 .1 .2 .2 .2 .1 .1 .1");
+    pm_surface s = floor_at(world, polar(.4, 0));
+    pm_rng rng;
+    pm_rng_init(&rng, 41, PM_RNG_PATH, 0);
+    for (int i = 0; i < 1000; i++) {
+        pm_scatter out = draw_scatter(&s, &rng);
+        assert_true(pm_rgb_finite(out.weight));
+        assert_true(pm_rgb_finite(pm_surface_photon_weight(&s, out.wi)));
+    }
+    assert_true(pm_rgb_max(albedo_of(&s)) <= 1 + 1e-6);
+    pm_world_free(world);
+}
+
 static void mixtures_put_scaled_lobes_together(void **state)
 {
     (void)state;
@@ -613,6 +631,7 @@ int main(void)
         cmocka_unit_test(functions_say_what_they_scatter),
         cmocka_unit_test(brtdfunc_has_two_sides),
         cmocka_unit_test(functions_that_make_light_are_scaled),
+        cmocka_unit_test(huge_functions_stay_finite),
         cmocka_unit_test(mixtures_put_scaled_lobes_together),
         cmocka_unit_test(mixtures_of_too_much_are_refused),
         cmocka_unit_test(prisms_redirect),
