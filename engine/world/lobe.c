@@ -175,10 +175,20 @@ static void sample_table(const pm_surface *s, const pm_lobe *lobe, double u, dou
 
 /* ---- any lobe ---- */
 
+pm_vec3 pm_lobe_direction(const pm_surface *surface, const pm_lobe *lobe)
+{
+    if (lobe->kind == PM_LOBE_DIRECTION)
+        return lobe->u.direction.wi;
+    pm_vec3 wi = pm_vec3_reflect(surface->wo, lobe->normal);
+    if (lobe->tilted && !(pm_vec3_dot(wi, surface->normal) > 0))
+        wi = pm_vec3_reflect(surface->wo, surface->normal);
+    return pm_vec3_normalize(wi);
+}
+
 pm_rgb pm_lobe_value(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi)
 {
     double cosine = pm_vec3_dot(lobe->normal, wi);
-    if (lobe->kind == PM_LOBE_DIRECTION || !reaches(surface, lobe, wi, cosine))
+    if (pm_lobe_is_delta(lobe) || !reaches(surface, lobe, wi, cosine))
         return pm_rgb_grey(0);
     if (lobe->kind == PM_LOBE_DIFFUSE)
         return pm_rgb_scale(lobe->albedo, coat_share(lobe, cosine) * fabs(cosine) / PM_PI);
@@ -227,10 +237,11 @@ void pm_lobe_sample(const pm_surface *surface, const pm_lobe *lobe, double u, do
                     pm_scatter *out)
 {
     out->event = lobe->event;
-    if (lobe->kind == PM_LOBE_DIRECTION) {
-        out->wi = lobe->u.direction.wi;
+    if (pm_lobe_is_delta(lobe)) {
+        out->wi = pm_lobe_direction(surface, lobe);
         out->weight = lobe->albedo;
-        out->radiance_scale = lobe->u.direction.radiance_scale;
+        if (lobe->kind == PM_LOBE_DIRECTION)
+            out->radiance_scale = lobe->u.direction.radiance_scale;
         out->transmitted = lobe->sides == PM_SIDE_FAR;
         return;
     }

@@ -34,6 +34,10 @@ static inline pm_lobe *pm_lobe_add(pm_surface *surface, pm_lobe_kind kind, pm_ev
     return lobe;
 }
 
+/* Where a delta lobe points. A mirror whose tilted normal would send light below the surface
+ * reflects about the surface's own (Radiance's normal.c). */
+pm_vec3 pm_lobe_direction(const pm_surface *surface, const pm_lobe *lobe);
+
 /* f(wi, wo) |cos wi|; black for delta lobes. */
 pm_rgb pm_lobe_value(const pm_surface *surface, const pm_lobe *lobe, pm_vec3 wi);
 

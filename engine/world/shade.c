@@ -5,14 +5,6 @@
 
 /* ---- lobes ---- */
 
-void pm_shade_mirror(struct shade *s, pm_rgb albedo)
-{
-    pm_vec3 wi = pm_vec3_reflect(s->out->wo, s->normal);
-    if (s->tilted && !(pm_vec3_dot(wi, s->out->normal) > 0))
-        wi = pm_vec3_reflect(s->out->wo, s->out->normal);
-    pm_shade_direction(s, PM_EVENT_SPECULAR, PM_SIDE_NEAR, albedo, pm_vec3_normalize(wi));
-}
-
 void pm_shade_straight(struct shade *s, pm_rgb albedo, double strength)
 {
     pm_vec3 wi = pm_vec3_negate(s->out->wo);

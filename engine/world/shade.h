@@ -58,11 +58,13 @@ static inline void pm_shade_direction(struct shade *s, pm_event event, unsigned 
     lobe->u.direction.radiance_scale = 1;
 }
 
-/* ---- shade.c ---- */
+/* Mirror reflection about the perturbed normal. */
+static inline void pm_shade_mirror(struct shade *s, pm_rgb albedo)
+{
+    pm_shade_add(s, PM_LOBE_MIRROR, PM_EVENT_SPECULAR, PM_SIDE_NEAR, albedo);
+}
 
-/* Mirror reflection about the perturbed normal, or about the surface's where it would go below
- * the surface (Radiance's normal.c). */
-void pm_shade_mirror(struct shade *s, pm_rgb albedo);
+/* ---- shade.c ---- */
 
 /* Passage straight on; seen by the eye, along -wo - strength * shift (normal.c, glass.c). Other
  * walks and shadow rays ignore the perturbation, as in Radiance, and so agree. */

@@ -21,7 +21,7 @@ bool pm_surface_albedo(const pm_surface *surface, pm_rgb *out)
     pm_rgb sum = {0, 0, 0};
     for (unsigned i = 0; i < surface->count; i++) {
         const pm_lobe *lobe = &surface->lobes[i];
-        if (lobe->kind != PM_LOBE_DIRECTION &&
+        if (!pm_lobe_is_delta(lobe) &&
             (lobe->kind != PM_LOBE_DIFFUSE || lobe->coat || lobe->tilted))
             return false;
         sum = pm_rgb_add(sum, lobe->albedo);

@@ -36,7 +36,8 @@ typedef enum pm_lobe_kind {
     PM_LOBE_GRAIN_PHONG, /* Ashikhmin and Shirley's reflection */
     PM_LOBE_FUNCTION,    /* brdf.h: what the scene defines */
     PM_LOBE_TABLE,       /* bsdf_surface.h: what a file holds */
-    PM_LOBE_DIRECTION,   /* into `wi` alone: reflection, refraction, redirection, passage */
+    PM_LOBE_MIRROR,      /* delta reflection about the lobe's normal */
+    PM_LOBE_DIRECTION,   /* into `wi` alone: refraction, redirection, passage */
     PM_LOBE_KINDS,
 } pm_lobe_kind;
 
@@ -84,6 +85,12 @@ typedef struct pm_lobe {
         } direction;
     } u;
 } pm_lobe;
+
+/* A lobe into one direction. */
+static inline bool pm_lobe_is_delta(const pm_lobe *lobe)
+{
+    return lobe->event == PM_EVENT_SPECULAR || lobe->event == PM_EVENT_STRAIGHT;
+}
 
 enum { PM_LOBES_MAX = 16, PM_FUNCTIONS_MAX = 4, PM_BSDFS_MAX = 2 };
 
