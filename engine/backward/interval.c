@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include "backward/backward_internal.h"
+#include "base/maths.h"
 
 double pm_student_quantile(unsigned freedom)
 {
@@ -129,11 +130,23 @@ double pm_accumulation_error(const pm_accumulation *accumulation)
     return sqrt(squares / (double)values);
 }
 
+/* Gamma(n + 1 + alpha) / Gamma(n + 2), to 1e-14 from n = 1000 on (Tricomi and
+ * Erdelyi, "The asymptotic expansion of a ratio of gamma functions", Pacific J. Math. 1, 1951).
+ */
+static double late_share(double n, double alpha)
+{
+    double w = n + 1 + alpha / 2;
+    return pm_pow(w, alpha - 1) * (1 - alpha * (alpha - 1) * (alpha - 2) / (24 * w * w));
+}
+
 double pm_progressive_radius(double first_radius, uint32_t pass)
 {
+    enum { EARLY = 1024 };
     const double alpha = 2.0 / 3;
     double square = first_radius * first_radius;
-    for (uint32_t k = 1; k <= pass; k++)
+    for (uint32_t k = 1; k <= pass && k <= EARLY; k++)
         square *= (k + alpha) / (k + 1.0);
+    if (pass > EARLY)
+        square *= late_share(pass, alpha) / late_share(EARLY, alpha);
     return sqrt(square);
 }
