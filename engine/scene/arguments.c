@@ -306,8 +306,8 @@ static pm_status read_transform(const struct strings *s)
     if (!transform)
         return pm_parser_memory_error(r->parser);
     r->result.transform = transform;
-    return pm_xform_parse_transform(s->words + s->own, count, r->frame->file->name,
-                                    &r->parser->scratch, transform, r->parser->err);
+    return pm_xform_parse_transform(s->words + s->own, count, r->frame->file->name, transform,
+                                    r->parser->err);
 }
 
 static pm_status resolve_strings(pm_reading *r, const pm_word *count_word, size_t count)

@@ -386,8 +386,8 @@ static const pm_word *terminated(const pm_word *words, size_t count, pm_arena *a
     return copies;
 }
 
-pm_status pm_xform_parse_transform(const pm_word *file_words, size_t count, const char *file,
-                                   pm_arena *arena, pm_transform *out, pm_error *err)
+static pm_status parse_transform(const pm_word *file_words, size_t count, const char *file,
+                                 pm_arena *arena, pm_transform *out, pm_error *err)
 {
     const pm_word *words = terminated(file_words, count, arena);
     const pm_command command = {file, words, count};
@@ -410,6 +410,16 @@ pm_status pm_xform_parse_transform(const pm_word *file_words, size_t count, cons
                            "a primitive's transform takes no array (-a); write an !xform line");
     if (!st)
         *out = pm_xform_instance(&xform, 0);
+    return st;
+}
+
+/* A scene may have a million of these: what each takes is given back. */
+pm_status pm_xform_parse_transform(const pm_word *words, size_t count, const char *file,
+                                   pm_transform *out, pm_error *err)
+{
+    pm_arena arena = {0};
+    pm_status st = parse_transform(words, count, file, &arena, out, err);
+    pm_arena_clear(&arena);
     return st;
 }
 

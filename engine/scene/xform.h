@@ -43,8 +43,8 @@ PM_MUST_USE pm_status pm_xform_parse(const pm_command *command, pm_arena *arena,
 /* The transform that a primitive's string arguments end in: words of -t -rx -ry -rz -s -mx -my
  * -mz -i, as xf() of Radiance's src/common/xf.c reads them. Errors as pm_xform_parse. */
 PM_MUST_USE pm_status pm_xform_parse_transform(const pm_word *words, size_t count,
-                                               const char *file, pm_arena *arena,
-                                               pm_transform *out, pm_error *err);
+                                               const char *file, pm_transform *out,
+                                               pm_error *err);
 
 /* The transform of instance 0 .. instances - 1; the first array varies slowest. */
 pm_transform pm_xform_instance(const pm_xform *xform, uint64_t index);
