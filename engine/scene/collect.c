@@ -11,6 +11,7 @@
 #include "language/language.h"
 #include "scene/bundle.h"
 #include "scene/named_files.h"
+#include "scene/names.h"
 #include "scene/path.h"
 
 /* All files of a scene together. */
@@ -38,6 +39,8 @@ struct collector {
     size_t folder_count, search_count;
     size_t bytes; /* collected so far */
     struct list missing, outside;
+    pm_names found; /* that the file in hand names, and their roles */
+    pm_arena arena; /* of those */
 };
 
 static pm_status memory_error(struct collector *c)
@@ -195,6 +198,12 @@ static pm_status take(struct collector *c, const struct place *place, const char
                   : add_open_file(c, fd, place->path, place->name, role);
 }
 
+/* A file may name another a million times: the disk is asked once. */
+static pm_status note_found(struct collector *c, const pm_word *word, char role)
+{
+    return pm_names_set(&c->found, word, role) ? memory_error(c) : PM_OK;
+}
+
 /* The file goes into the bundle under the name by which the parser will look for it first. */
 static pm_status add_named(void *context, const pm_file *from, const pm_word *word, char role)
 {
@@ -202,6 +211,8 @@ static pm_status add_named(void *context, const pm_file *from, const pm_word *wo
     struct place place;
     bool last = false;
     size_t size;
+    if (pm_names_find(&c->found, word) == role)
+        return PM_OK;
     for (size_t i = 0; !last; i++) {
         if (!place_of(c, word->text, from->name, i, &place, &last))
             continue;
@@ -212,7 +223,8 @@ static pm_status add_named(void *context, const pm_file *from, const pm_word *wo
             continue;
         pm_status st = take(c, &place, resolved, from, word, role);
         free(resolved);
-        return st;
+        return st || !pm_bundle_find(c->bundle, place.name, NULL) ? st
+                                                                  : note_found(c, word, role);
     }
     bool standard = (role == 'c' && pm_language_standard(word->text, &size)) ||
                     (role == 't' && pm_font_standard(word->text, &size));
@@ -226,6 +238,8 @@ static pm_status add_all_named(struct collector *c)
     pm_status st = PM_OK;
     for (size_t i = 0; !st && i < c->queue_length; i++) {
         const struct found found = c->queue[i]; /* the queue moves as it grows */
+        pm_arena_clear(&c->arena);
+        c->found = (pm_names){.arena = &c->arena};
         st = pm_named_files_visit(&found.file, found.role, add_named, c);
         if (st == PM_E_MEMORY)
             return memory_error(c);
@@ -392,6 +406,7 @@ pm_status pm_bundle_collect_files(const char *const *paths, size_t count,
     free_folders(c.folders, c.folder_count);
     free_folders(c.search, c.search_count);
     free(c.queue);
+    pm_arena_clear(&c.arena);
     if (st)
         pm_bundle_free(c.bundle);
     else
