@@ -193,7 +193,11 @@ static pm_status take(struct collector *c, const struct place *place, const char
         note(&c->outside, word, from->name);
         return PM_OK;
     }
-    int fd = open(resolved, O_RDONLY | O_CLOEXEC);
+    struct stat info; /* a pipe would be waited for without end */
+    if (!stat(resolved, &info) && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode))
+        return pm_error_set(c->err, PM_E_IO,
+                            "'%.300s' is a pipe or a device; a scene names files", place->path);
+    int fd = open(resolved, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     return fd < 0 ? io_error(c, place->path)
                   : add_open_file(c, fd, place->path, place->name, role);
 }

@@ -131,20 +131,19 @@ static const pm_word *word(const struct reader *r)
     return &r->command->words[r->at];
 }
 
-static pm_status take_value(struct reader *r, const char *takes)
+static pm_status take_value(struct reader *r, const char *option, const char *takes)
 {
-    const pm_word *option = word(r);
     if (r->at + 1 < r->command->count) {
         r->at++;
         return PM_OK;
     }
-    return pm_word_error(option, PM_E_SYNTAX, r->command->file, r->err,
-                         "xform's %s takes %s; nothing follows it", option->text, takes);
+    return pm_word_error(word(r), PM_E_SYNTAX, r->command->file, r->err,
+                         "xform's %s takes %s; nothing follows it", option, takes);
 }
 
 static pm_status take_real(struct reader *r, const char *option, const char *takes, double *out)
 {
-    pm_status st = take_value(r, takes);
+    pm_status st = take_value(r, option, takes);
     if (st)
         return st;
     pm_number number = pm_word_real(word(r), out);
@@ -204,7 +203,7 @@ static pm_status rescale(struct reader *r)
 static pm_status repeat(struct reader *r, bool array)
 {
     int64_t count;
-    pm_status st = take_value(r, "a count");
+    pm_status st = take_value(r, word(r)->text, "a count");
     if (st)
         return st;
     if (pm_word_integer(word(r), &count) || count < (array ? 1 : 0))
@@ -254,7 +253,7 @@ static pm_status transform_option(struct reader *r)
 static pm_status add_prefix(struct reader *r)
 {
     const char *old = r->xform->prefix;
-    pm_status st = take_value(r, "a name");
+    pm_status st = take_value(r, word(r)->text, "a name");
     if (st)
         return st;
     size_t size = strlen(old) + word(r)->length + 2;
@@ -268,7 +267,7 @@ static pm_status add_prefix(struct reader *r)
 
 static pm_status add_modifier(struct reader *r)
 {
-    pm_status st = take_value(r, "a modifier");
+    pm_status st = take_value(r, word(r)->text, "a modifier");
     if (!st && !r->xform->modifier) /* the first counts, as in Radiance */
         r->xform->modifier = word(r);
     return st;
@@ -277,7 +276,7 @@ static pm_status add_modifier(struct reader *r)
 static pm_status add_list(struct reader *r)
 {
     size_t at = r->at;
-    pm_status st = take_value(r, "a file of argument lists");
+    pm_status st = take_value(r, word(r)->text, "a file of argument lists");
     if (!st && r->xform->list)
         return pm_word_error(&r->command->words[at], PM_E_UNSUPPORTED, r->command->file, r->err,
                              "-f cannot stand twice in one xform; join two by '|'");

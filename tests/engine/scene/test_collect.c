@@ -110,6 +110,15 @@ static void nothing_outside_the_folder_is_taken(void **state)
                    "(data.rad:2:8); " NOT_SENT("../secret.rad", "data.rad:1:23"));
 }
 
+static void a_pipe_is_not_waited_for(void **state)
+{
+    (void)state;
+    write_file("room/waits.rad", "!xform parts/pipe.rad\n");
+    assert_int_equal(mkfifo("room/parts/pipe.rad", 0600), 0);
+    assert_refused("room/waits.rad", PM_E_IO,
+                   "'room/parts/pipe.rad' is a pipe or a device; a scene names files");
+}
+
 static void an_allowed_folder_is_taken_from(void **state)
 {
     (void)state;
@@ -245,6 +254,7 @@ int main(void)
         cmocka_unit_test(every_file_named_is_collected_once),
         cmocka_unit_test(all_missing_files_are_listed),
         cmocka_unit_test(nothing_outside_the_folder_is_taken),
+        cmocka_unit_test(a_pipe_is_not_waited_for),
         cmocka_unit_test(an_allowed_folder_is_taken_from),
         cmocka_unit_test(every_kind_of_file_is_collected),
         cmocka_unit_test(a_link_within_the_folder_is_followed),
