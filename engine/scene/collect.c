@@ -196,7 +196,7 @@ static pm_status take(struct collector *c, const struct place *place, const char
     struct stat info; /* a pipe would be waited for without end */
     if (!stat(resolved, &info) && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode))
         return pm_error_set(c->err, PM_E_IO,
-                            "'%.300s' is a pipe or a device; a scene names files", place->path);
+                            "'%.300s' is a pipe or a device; a scene names files", place->name);
     int fd = open(resolved, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     return fd < 0 ? io_error(c, place->path)
                   : add_open_file(c, fd, place->path, place->name, role);
