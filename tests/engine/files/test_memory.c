@@ -1,42 +1,12 @@
 #include "files_test.h"
 
+#include "../../support/failing_malloc.h"
 #include "files/bsdf.h"
 #include "files/data.h"
 #include "files/font.h"
 #include "files/mesh.h"
 #include "files/octree_file.h"
 #include "files/picture.h"
-
-/* Fails the n-th allocation of the engine, for every n until all succeed (the linker wraps
- * malloc). */
-static long until_failure = -1;
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__real_realloc(void *old, size_t size);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-void *__wrap_realloc(void *old, size_t size);
-
-static int fails_now(void)
-{
-    return until_failure >= 0 && until_failure-- == 0;
-}
-
-void *__wrap_malloc(size_t size)
-{
-    return fails_now() ? NULL : __real_malloc(size);
-}
-
-void *__wrap_calloc(size_t count, size_t size)
-{
-    return fails_now() ? NULL : __real_calloc(count, size);
-}
-
-void *__wrap_realloc(void *old, size_t size)
-{
-    return fails_now() ? NULL : __real_realloc(old, size);
-}
 
 typedef pm_status reader(const pm_bytes *bytes, pm_error *err);
 
