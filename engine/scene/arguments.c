@@ -495,7 +495,9 @@ static pm_status read_reals(pm_reading *r)
     if (st)
         return st;
     pm_check_canonical(&r->result.type, reals, &r->result.real_count);
-    return move(r, reals);
+    st = move(r, reals);
+    r->result.empty = r->result.type == PM_POLYGON && !pm_check_has_area(reals, count);
+    return st;
 }
 
 /* ---- functions ---- */

@@ -1,6 +1,7 @@
 #include "scene/check.h"
 
 #include <math.h>
+#include <string.h>
 
 /* One letter for each real argument that is bound to something; below is what they ask for. */
 static const char *const rules[PM_PRIMITIVE_TYPES] = {
@@ -157,6 +158,33 @@ const char *pm_check_reals(pm_primitive_type type, const double *reals, size_t c
         }
     }
     return NULL;
+}
+
+/* Twice the area is the length of the sum of the triangles' normals about the first corner; in
+ * units of the polygon's extent, whose square a double might not hold. */
+bool pm_check_has_area(const double *v, size_t count)
+{
+    double normal[3] = {0}, before[3] = {0}, rim = 0, largest = 0, extent = 0, square = 0;
+    for (size_t i = 0; i < count; i++) {
+        largest = fmax(largest, fabs(v[i]));
+        extent = fmax(extent, fabs(v[i] - v[i % 3]));
+    }
+    for (size_t i = 3; extent > 0 && i < count; i += 3) {
+        double here[3], edge = 0;
+        for (size_t k = 0; k < 3; k++) {
+            here[k] = (v[i + k] - v[k]) / extent;
+            edge += (here[k] - before[k]) * (here[k] - before[k]);
+        }
+        for (size_t k = 0; k < 3; k++)
+            normal[k] += before[(k + 1) % 3] * here[(k + 2) % 3] -
+                         before[(k + 2) % 3] * here[(k + 1) % 3];
+        memcpy(before, here, sizeof before);
+        rim += sqrt(edge);
+    }
+    for (size_t k = 0; k < 3; k++)
+        square += normal[k] * normal[k];
+    /* what is no number is left to the world, which refuses it with its place */
+    return extent > 0 && !(sqrt(square) <= 0x1p-50 * (largest / extent) * rim);
 }
 
 static void flip_radius(pm_primitive_type *type, double *radius, pm_primitive_type other)

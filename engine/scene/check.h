@@ -1,6 +1,8 @@
 #ifndef PM_SCENE_CHECK_H
 #define PM_SCENE_CHECK_H
 
+#include <stdbool.h>
+
 #include "scene/scene.h"
 
 /* Checks the values of a primitive's reals (their count is right). NULL if they are right; else
@@ -9,6 +11,9 @@
  * (negative radiance), or has no extent. */
 const char *pm_check_reals(pm_primitive_type type, const double *reals, size_t count,
                            size_t *index);
+
+/* False for a polygon whose area is nothing but the rounding of its numbers. */
+bool pm_check_has_area(const double *reals, size_t count);
 
 /* Writes one thing in one way, as Radiance reads it (src/common/cone.c, src/ot/sphere.c): a
  * negative radius turns a surface inside out (sphere and bubble, cone and cup, cylinder and

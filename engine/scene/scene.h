@@ -100,6 +100,7 @@ typedef struct pm_primitive {
      * one cannot be seen. */
     int32_t material;
     uint8_t depth;   /* of that chain, mixtures' components included */
+    bool empty;      /* a polygon without area, which is not there (Radiance warns of it) */
     uint16_t weight; /* modifiers that looking at it asks, those of components as often */
     const char *name;
     const char *const *strings; /* string arguments, without the transform at their end */

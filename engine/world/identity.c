@@ -31,10 +31,10 @@ static bool is_instance(const pm_primitive *p)
     return p->type == PM_INSTANCE || p->type == PM_MESH;
 }
 
-/* A surface without a material is not there. */
+/* A surface without a material, or without an area, is not there. */
 static bool is_seen(const pm_primitive *p)
 {
-    return pm_primitive_is_surface(p->type) && p->material != PM_VOID;
+    return pm_primitive_is_surface(p->type) && p->material != PM_VOID && !p->empty;
 }
 
 static void mark(struct maker *m, int32_t primitive, bool material)
@@ -259,7 +259,8 @@ static bool list_materials(struct maker *m)
 
 static bool is_local(const pm_primitive *p)
 {
-    return pm_primitive_is_surface(p->type) && p->type != PM_SOURCE && !is_instance(p);
+    return pm_primitive_is_surface(p->type) && p->type != PM_SOURCE && !is_instance(p) &&
+           !p->empty;
 }
 
 static bool is_surface_of_main(const pm_primitive *p)

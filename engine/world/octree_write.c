@@ -207,7 +207,8 @@ static bool allocate(struct writer *w)
     for (size_t i = 0; i < w->scene->main_count; i++) {
         const pm_primitive *p = &w->scene->primitives[i];
         boxes += is_placed(p);
-        shapes += pm_primitive_is_surface(p->type) && p->type != PM_SOURCE && !is_placed(p);
+        shapes += pm_primitive_is_surface(p->type) && p->type != PM_SOURCE && !is_placed(p) &&
+                  !p->empty;
     }
     w->objects = malloc((shapes + boxes + 1) * sizeof *w->objects);
     w->shapes = malloc((shapes + 1) * sizeof *w->shapes);
@@ -230,7 +231,7 @@ static pm_status list_objects(struct writer *w)
         while (!w->options->frozen && aliases < scene->alias_count &&
                scene->aliases[aliases] <= i)
             aliases++;
-        if (pm_primitive_is_surface(p->type) && p->type != PM_SOURCE)
+        if (pm_primitive_is_surface(p->type) && p->type != PM_SOURCE && !p->empty)
             st = add_object(w, &frame, i, (uint32_t)(i + aliases));
     }
     return st;

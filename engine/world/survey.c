@@ -42,6 +42,7 @@ const char *pm_warning_kind_name(pm_warning_kind kind)
         [PM_WARNING_LIGHT_AWAY] = "light away",
         [PM_WARNING_COVERED] = "light covered",
         [PM_WARNING_NOT_FLAT] = "not flat",
+        [PM_WARNING_NO_AREA] = "no area",
         [PM_WARNING_PATTERN] = "pattern",
         [PM_WARNING_BRIGHT] = "bright",
         [PM_WARNING_UNIT] = "unit",
@@ -172,6 +173,17 @@ static void check_flatness(struct survey *s)
             "the polygon '%.60s' is not flat: a vertex lies %.3g from the plane in which it is "
             "rendered; cut it into triangles",
             p->name, shape->deviation * world->scale);
+    }
+}
+
+static void check_areas(struct survey *s)
+{
+    for (size_t i = 0; i < s->scene->count; i++) {
+        const pm_primitive *p = &s->scene->primitives[i];
+        if (p->empty)
+            warn(s, PM_WARNING_NO_AREA, p,
+                 "the polygon '%.60s' has no area and is left out; its vertices lie in a line",
+                 p->name);
     }
 }
 
@@ -419,6 +431,7 @@ pm_status pm_survey_make(const pm_scene *scene, const pm_world *world, pm_survey
         count_primitives(&s);
         list_lights(&s);
         check_flatness(&s);
+        check_areas(&s);
         check_reflectances(&s);
         check_lamps(&s);
         trace_paths(&s);

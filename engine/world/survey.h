@@ -15,6 +15,7 @@ typedef enum pm_warning_kind {
     PM_WARNING_LIGHT_AWAY, /* a lamp lights nothing but the outside */
     PM_WARNING_COVERED,    /* a lamp whose light ends right in front of it */
     PM_WARNING_NOT_FLAT,   /* a polygon's vertices do not lie in a plane */
+    PM_WARNING_NO_AREA,    /* a polygon without area is left out */
     PM_WARNING_PATTERN,    /* a pattern raises reflectance above 1, where it is cut */
     PM_WARNING_BRIGHT,     /* a reflectance that no paint has */
     PM_WARNING_UNIT,       /* lengths look like millimetres */

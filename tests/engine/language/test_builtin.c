@@ -122,7 +122,7 @@ static void the_ray_is_named(void **state)
         "Jz",    "Kx",  "Ky",  "Kz",  "Ts",  "Lu",  "Lv", "NxP", "NyP", "NzP",
         "RdotP", "CrP", "CgP", "CbP", "DxA", "DyA", "DzA"};
     for (int i = 0; i < PM_RAY_VALUES; i++) {
-        char channel[8];
+        char channel[16];
         b.ray.value[i] = i + .25;
         bench_near(&b, names[i], i + .25, 0);
         snprintf(channel, sizeof channel, "$%d", i + 1);

@@ -55,6 +55,16 @@ static void assert_warning(const char *text, pm_warning_kind kind, int line, con
     free(survey);
 }
 
+/* CAD programs write many; Radiance warns of them, too. */
+static void a_polygon_without_area_is_left_out(void **state)
+{
+    (void)state;
+    assert_warning(ROOM LIT "wall polygon thin 0 0 9 0 0 0 .1 .1 .1 .3 .3 .3\n",
+                   PM_WARNING_NO_AREA, 0, "'thin' has no area");
+    assert_warning(ROOM LIT "wall polygon point 0 0 9 .7 .1 .1 .7 .1 .1 .7 .1 .1\n",
+                   PM_WARNING_NO_AREA, 0, "'point' has no area");
+}
+
 static void a_closed_room_brings_no_warning(void **state)
 {
     (void)state;
@@ -205,6 +215,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_closed_room_brings_no_warning),
+        cmocka_unit_test(a_polygon_without_area_is_left_out),
         cmocka_unit_test(lights_are_listed_by_power),
         cmocka_unit_test(media_are_counted),
         cmocka_unit_test(a_dark_scene_is_told),
