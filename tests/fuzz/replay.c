@@ -1,5 +1,6 @@
-/* Runs a fuzz target without a fuzzer: every file of a corpus, cut at every byte.
- * replay FOLDER. Exits 1 if the folder holds nothing; the target aborts on a broken promise. */
+/* Runs a fuzz target without a fuzzer: every file of a corpus, cut at every byte, and some
+ * hundred damaged copies of it, the same ones each time. replay FOLDER. Exits 1 if the folder
+ * holds nothing; the target aborts on a broken promise. */
 #include <dirent.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -8,24 +9,62 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
+enum { SIZE_MAX_READ = 1 << 16, DAMAGED = 1000 };
+
+/* xorshift64 (Marsaglia, "Xorshift RNGs", J. Stat. Software 8(14), 2003). */
+static uint64_t next(uint64_t *state)
+{
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    return *state;
+}
+
+/* A block of its own, so that a sanitizer sees reads past its end. */
+static int run(const uint8_t *data, size_t size)
+{
+    uint8_t *copy = malloc(size ? size : 1);
+    if (!copy)
+        return 0;
+    memcpy(copy, data, size);
+    LLVMFuzzerTestOneInput(copy, size);
+    free(copy);
+    return 1;
+}
+
+/* Puts other bytes in a few places, or moves a stretch to another place. */
+static void damage(uint8_t *data, size_t size, uint64_t *state)
+{
+    static const char likely[] = "0919-.e \n!|;()[]{}\"'\0\x7f\xff";
+    for (uint64_t i = next(state) % 6; i > 0; i--)
+        data[next(state) % size] = next(state) & 1
+                                       ? (uint8_t)likely[next(state) % (sizeof likely - 1)]
+                                       : (uint8_t)next(state);
+    if (next(state) % 4 == 0) {
+        size_t from = next(state) % size, to = next(state) % size;
+        size_t most = size - (from > to ? from : to);
+        memmove(data + to, data + from, next(state) % (most + 1));
+    }
+}
+
 static int replay(const char *path)
 {
-    static uint8_t data[1 << 16];
+    static uint8_t data[SIZE_MAX_READ], copy[SIZE_MAX_READ];
+    uint64_t state = 1;
     FILE *file = fopen(path, "rb");
     if (!file)
         return 0;
     size_t size = fread(data, 1, sizeof data, file);
     fclose(file);
-    for (size_t cut = 0; cut <= size; cut++) {
-        /* A block of its own, so that a sanitizer sees reads past its end. */
-        uint8_t *copy = malloc(cut ? cut : 1);
-        if (!copy)
-            return 0;
-        memcpy(copy, data, cut);
-        LLVMFuzzerTestOneInput(copy, cut);
-        free(copy);
+    int ran = 1;
+    for (size_t cut = 0; ran && cut <= size; cut++)
+        ran = run(data, cut);
+    for (int i = 0; ran && size && i < DAMAGED; i++) {
+        memcpy(copy, data, size);
+        damage(copy, size, &state);
+        ran = run(copy, size);
     }
-    return 1;
+    return ran;
 }
 
 int main(int argc, char **argv)
