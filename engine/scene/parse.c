@@ -166,11 +166,22 @@ pm_status pm_parser_top_file(pm_parser *parser, const pm_frame *frame)
     return st;
 }
 
+/* What starts as Radiance's binary files do, and is none that is read here. */
+static pm_status check_is_text(const pm_parser *parser, const pm_file *file)
+{
+    if (file->size < 2 || memcmp(file->data, "#?", 2) != 0)
+        return PM_OK;
+    return pm_error_set_at(parser->err, PM_E_CORRUPT, file->name, 1, 1,
+                           "this is no scene: an octree that is cut short, or a picture?");
+}
+
 pm_status pm_parser_file(pm_parser *parser, const pm_frame *frame)
 {
     pm_lexer lexer;
     pm_statement statement = {.kind = PM_STATEMENT_COMMAND};
-    pm_status st = note_text(parser, frame->file);
+    pm_status st = check_is_text(parser, frame->file);
+    if (!st)
+        st = note_text(parser, frame->file);
     if (!st)
         st = pm_lexer_init(&lexer, frame->file, parser->err);
     while (!st && statement.kind != PM_STATEMENT_END) {
