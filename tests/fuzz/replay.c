@@ -1,6 +1,6 @@
-/* Runs a fuzz target without a fuzzer: every file of a corpus, cut at every byte, and a thousand
- * damaged copies of it, the same ones each time. replay FOLDER. Exits 1 if the folder holds
- * nothing; the target aborts on a broken promise. */
+/* Runs a fuzz target without a fuzzer: every file of a corpus, cut at every byte, and a
+ * thousand damaged copies of it, the same ones each time. replay FOLDER. Exits 1 if the folder
+ * holds nothing; the target aborts on a broken promise. */
 #include <dirent.h>
 #include <stdint.h>
 #include <stdio.h>
