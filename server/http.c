@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -29,6 +30,8 @@ struct listener {
     pm_http *http;
     struct MHD_Daemon *daemon;
     pm_door door;
+    int quiet; /* its socket once it is to stop: closed when no thread of it can look any more
+                */
 };
 
 struct pm_http {
@@ -671,9 +674,10 @@ pm_status pm_http_listen(pm_http *http, int socket, pm_door door, pm_error *err)
 void pm_http_stop(pm_http *http)
 {
     for (unsigned i = 0; i < http->listener_count; i++) {
-        int socket = MHD_quiesce_daemon(http->listeners[i].daemon);
-        if (socket >= 0)
-            close(socket);
+        struct listener *listener = &http->listeners[i];
+        listener->quiet = MHD_quiesce_daemon(listener->daemon);
+        if (listener->quiet >= 0)
+            shutdown(listener->quiet, SHUT_RDWR);
     }
     pthread_mutex_lock(&http->lock);
     http->stopping = true;
@@ -683,8 +687,11 @@ void pm_http_stop(pm_http *http)
     while (http->under_way && now_ms() < end)
         wait_until(http, end);
     pthread_mutex_unlock(&http->lock);
-    for (unsigned i = 0; i < http->listener_count; i++)
+    for (unsigned i = 0; i < http->listener_count; i++) {
         MHD_stop_daemon(http->listeners[i].daemon);
+        if (http->listeners[i].quiet >= 0)
+            close(http->listeners[i].quiet);
+    }
     http->listener_count = 0;
     if (http->watching)
         pthread_join(http->watch, NULL);
