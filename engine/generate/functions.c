@@ -205,6 +205,20 @@ pm_status pm_functions_values(const pm_functions *f, const double *parameters, d
     return spend(f, work);
 }
 
+pm_status pm_functions_along(const pm_functions *f, int64_t index, int64_t segments,
+                             double *out)
+{
+    double t = (double)index / (double)segments, *radius = &out[f->count - 1];
+    pm_status st = pm_functions_values(f, &t, out);
+    if (*radius < 0 && *radius > -1e-9)
+        *radius = 0; /* of rounding */
+    if (!st && *radius < 0)
+        st = pm_generation_fail(f->g, f->words[f->count - 1], PM_E_RANGE,
+                                "the radius r(t) is %g at t = %g; it must not be below 0",
+                                *radius, t);
+    return st;
+}
+
 pm_status pm_functions_valid(const pm_functions *f, const double *parameters, bool *out)
 {
     double value = 1;

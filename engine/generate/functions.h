@@ -41,6 +41,11 @@ PM_MUST_USE pm_status pm_functions_count(pm_functions *f, size_t word, const cha
 PM_MUST_USE pm_status pm_functions_values(const pm_functions *f, const double *parameters,
                                           double *out);
 
+/* The functions of t at t = index / segments, of which the last is a radius: PM_E_RANGE below
+ * 0, but for rounding. */
+PM_MUST_USE pm_status pm_functions_along(const pm_functions *f, int64_t index, int64_t segments,
+                                         double *out);
+
 /* Whether valid(s,t) leaves the point in. */
 PM_MUST_USE pm_status pm_functions_valid(const pm_functions *f, const double *parameters,
                                          bool *out);

@@ -47,15 +47,9 @@ static pm_status read_rev(struct rev *v)
 
 static pm_status point_at(const struct rev *v, int64_t index, struct point *out)
 {
-    double t = (double)index / (double)v->segments, zr[2];
-    pm_status st = pm_functions_values(&v->functions, &t, zr);
+    double zr[2] = {0};
+    pm_status st = pm_functions_along(&v->functions, index, v->segments, zr);
     *out = (struct point){.z = zr[0], .r = zr[1]};
-    if (out->r < 0 && out->r > -1e-9)
-        out->r = 0; /* of rounding */
-    if (!st && out->r < 0)
-        st = pm_generation_fail(v->g, 4, PM_E_RANGE,
-                                "the radius r(t) is %g at t = %g; it must not be below 0",
-                                out->r, t);
     return st;
 }
 

@@ -37,16 +37,10 @@ static pm_status read_worm(struct worm *w)
 
 static pm_status bead_at(const struct worm *w, int64_t index, struct bead *out)
 {
-    double t = (double)index / (double)w->segments, values[4];
-    pm_status st = pm_functions_values(&w->functions, &t, values);
+    double values[4] = {0};
+    pm_status st = pm_functions_along(&w->functions, index, w->segments, values);
     memcpy(out->p, values, sizeof out->p);
     out->r = values[3];
-    if (out->r < 0 && out->r > -1e-9)
-        out->r = 0; /* of rounding */
-    if (!st && out->r < 0)
-        st = pm_generation_fail(w->g, 6, PM_E_RANGE,
-                                "the radius r(t) is %g at t = %g; it must not be below 0",
-                                out->r, t);
     return st;
 }
 
