@@ -200,12 +200,6 @@ static inline bool pm_primitive_is_material(pm_primitive_type type)
     return type <= PM_ANTIMATTER;
 }
 
-/* A texture or a pattern. */
-static inline bool pm_primitive_is_texture(pm_primitive_type type)
-{
-    return type >= PM_TEXFUNC && type <= PM_SPECPICT;
-}
-
 static inline bool pm_primitive_is_mixture(pm_primitive_type type)
 {
     return type >= PM_MIXFUNC && type <= PM_MIXTEXT;

@@ -63,9 +63,4 @@ double pm_bsdf_hit_pdf(const pm_bsdf_hit *hit, pm_vec3 wi);
 /* Sets what the material's surfaces can do: specular, diffuse, straight. */
 void pm_bsdf_set_abilities(const pm_world *world, struct pm_material *material);
 
-static inline bool pm_bsdf_is(pm_primitive_type type)
-{
-    return type == PM_BSDF || type == PM_ABSDF;
-}
-
 #endif
