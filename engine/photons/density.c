@@ -94,6 +94,19 @@ pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec
     return over_disc(map, &sums, radius);
 }
 
+bool pm_photon_map_closest(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
+                           double max_radius, size_t *index)
+{
+    assert(max_radius > 0);
+    pm_search search = pm_search_surface(map, point, normal, PM_PHOTONS_ALL);
+    search.bound = squared_bound(max_radius);
+    pm_candidates found;
+    pm_search_nearest(&search, 1, &found);
+    if (found.count)
+        *index = found.index[0];
+    return found.count != 0;
+}
+
 /* Light that goes on towards `direction`. */
 struct phase {
     pm_vec3 direction;

@@ -114,6 +114,12 @@ pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec
                                  double radius, pm_photon_filter filter,
                                  const pm_photon_weight *weight);
 
+/* The nearest photon that counts at the point, as said above; of equally distant ones the first
+ * in stored order. max_radius is > 0 and may be INFINITY. False, with *index untouched, if there
+ * is none within it. Test: closest_equals_brute_force. */
+bool pm_photon_map_closest(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
+                           double max_radius, size_t *index);
+
 /* In-scattering in a medium towards `direction` (unit; where the light is going, e.g. to the
  * eye): sum over the nearest photons of flux * phase(g) / (4/3 pi r^3), with radius, count
  * and variance as above. Dividing by the

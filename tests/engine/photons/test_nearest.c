@@ -112,6 +112,17 @@ static void check_within(const pm_photon_map *map, const struct query *q, struct
     assert_estimate(e, flux_of(map, found, count), count, q->max_radius);
 }
 
+static void check_closest(const pm_photon_map *map, const struct query *q, struct found *found)
+{
+    struct query all = *q;
+    all.filter = PM_PHOTONS_ALL;
+    size_t index, count = brute_force(map, &all, found);
+    bool any = pm_photon_map_closest(map, q->point, q->normal, q->max_radius, &index);
+    assert_int_equal(any, count > 0);
+    if (any)
+        assert_int_equal(index, found[0].index);
+}
+
 /* A query on a photon, next to one, or anywhere in and around the cube. */
 static struct query make_query(const pm_photon_map *map, pm_rng *rng, unsigned i)
 {
@@ -143,6 +154,7 @@ static void check_map(const pm_photon_map *map, unsigned queries)
     for (unsigned i = 0; i < queries; i++) {
         struct query q = make_query(map, &rng, i);
         check_nearest(map, &q, found);
+        check_closest(map, &q, found);
         if (isfinite(q.max_radius))
             check_within(map, &q, found);
     }
@@ -199,12 +211,29 @@ static void nearest_takes_ties_in_stored_order(void **state)
     pm_photon_map_free(map);
 }
 
+static void closest_equals_brute_force(void **state)
+{
+    (void)state;
+    pm_photon_map *map = field_map(field_sphere, 7, 3000);
+    struct found *found = malloc(3000 * sizeof *found);
+    pm_rng rng;
+    pm_rng_init(&rng, 6, PM_RNG_PATH, 1);
+    assert_non_null(found);
+    for (unsigned i = 0; i < 300; i++) {
+        struct query q = make_query(map, &rng, i);
+        check_closest(map, &q, found);
+    }
+    free(found);
+    pm_photon_map_free(map);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nearest_equals_brute_force),
         cmocka_unit_test(nearest_equals_brute_force_in_small_maps),
         cmocka_unit_test(nearest_equals_brute_force_when_all_photons_are_in_one_point),
+        cmocka_unit_test(closest_equals_brute_force),
         cmocka_unit_test(nearest_takes_ties_in_stored_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
