@@ -183,6 +183,7 @@ static void read_common(pm_request *out)
 {
     const pm_json *json = out->json;
     out->job.wanted.ambient_bounces = (int)integer(json, "ab");
+    out->job.forward = pm_forward_defaults();
     out->job.forward.seed = (uint64_t)integer(json, "seed");
     out->job.forward.max_events = (uint32_t)integer(json, "max_events");
     out->job.threads = (unsigned)integer(json, "threads");

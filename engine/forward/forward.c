@@ -43,7 +43,11 @@ struct run {
 
 pm_forward_options pm_forward_defaults(void)
 {
-    return (pm_forward_options){.seed = 0, .max_events = 5000};
+    return (pm_forward_options){.seed = 0,
+                                .max_events = 5000,
+                                .direction_resolution = 1000,
+                                .partition = .01,
+                                .back_faces = true};
 }
 
 /* ---- chunks ---- */

@@ -7,6 +7,7 @@
 #include "base/digest.h"
 #include "base/error.h"
 #include "base/pool.h"
+#include "forward/options.h"
 #include "forward/photon.h"
 #include "world/world.h"
 
@@ -17,15 +18,6 @@
  * Path i depends on (seed, i) and the world alone: emission takes Owen-scrambled Sobol points
  * (replicate b mod 16, its own sequence), everything after it Philox numbers. So the same bytes
  * come out for any number of threads and in any order of batches. */
-
-typedef struct pm_forward_options {
-    uint64_t seed;       /* -apr */
-    uint32_t max_events; /* -apm / -lr: most scatterings a path; default 5000. Reached paths end
-                            as absorbed */
-} pm_forward_options;
-
-/* Fills in the defaults. */
-pm_forward_options pm_forward_defaults(void);
 
 /* What is fixed for one world and one set of options, with the storage probabilities from a
  * pre-run of 2^14 paths (at most 4 photons a path and kind on average). Borrows the world,

@@ -182,10 +182,13 @@ pm_status pm_parser_chain(const pm_reading *r, pm_primitive *p)
 pm_status pm_parser_modifier(pm_reading *r)
 {
     const char *file;
-    if (r->record) {
-        r->result.modifier = r->record_modifier;
-        return PM_OK;
-    }
     const pm_word *name = modifier_word(r, &file);
-    return pm_parser_reference(r, name, file, &r->result.modifier);
+    pm_status st = PM_OK;
+    if (r->record)
+        r->result.modifier = r->record_modifier;
+    else
+        st = pm_parser_reference(r, name, file, &r->result.modifier);
+    if (!st)
+        r->result.modifier_name = pm_names_text(&r->parser->names, name);
+    return st;
 }

@@ -52,6 +52,11 @@ int32_t pm_names_find(pm_names *names, const pm_word *word)
     return leaf->index;
 }
 
+const char *pm_names_text(pm_names *names, const pm_word *word)
+{
+    return pm_names_find(names, word) < 0 ? "void" : names->last->name;
+}
+
 static struct pm_name_node *new_leaf(pm_names *names, const pm_word *word, int32_t index)
 {
     struct pm_name_node *leaf = pm_arena_alloc(names->arena, sizeof *leaf);

@@ -16,6 +16,10 @@ typedef struct pm_names {
 /* The index that the word means, or -1. */
 int32_t pm_names_find(pm_names *names, const pm_word *word);
 
+/* The word's text, which lasts as long as the arena and is one pointer for equal words; "void"
+ * for words without a meaning. */
+const char *pm_names_text(pm_names *names, const pm_word *word);
+
 /* Makes the word mean `index` (>= 0) from now on. PM_E_MEMORY. */
 PM_MUST_USE pm_status pm_names_set(pm_names *names, const pm_word *word, int32_t index);
 

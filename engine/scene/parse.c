@@ -136,12 +136,14 @@ pm_status pm_parser_alias(pm_reading *r)
     if (st)
         return st;
     int32_t modifier = r->result.modifier;
+    const char *modifier_name = r->result.modifier_name;
     if (inherits || modifier == parser->primitives[target].modifier) {
         bool added = note_alias(parser) && !pm_names_set(&parser->names, &s->name, target);
         return added ? PM_OK : pm_parser_memory_error(parser);
     }
     r->result = parser->primitives[target];
     r->result.modifier = modifier;
+    r->result.modifier_name = modifier_name;
     return append(r);
 }
 
@@ -296,7 +298,7 @@ pm_status pm_scene_parse_files(const pm_bundle *bundle, const char *const *names
                         .arena = &memory->arena,
                         .generate_work = (uint64_t)1 << 30, /* some 20 s */
                         .assets = pm_assets_new()};
-    parser.names.arena = &parser.scratch;
+    parser.names.arena = &memory->arena;
     pm_status st = parser.assets ? parse(&parser, names, count, &memory->scene)
                                  : pm_parser_memory_error(&parser);
     hand_over(&parser, memory);

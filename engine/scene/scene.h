@@ -95,6 +95,7 @@ enum { PM_MODIFIERS_MAX = 32, PM_MODIFIERS_ASKED_MAX = 1024 };
 typedef struct pm_primitive {
     pm_primitive_type type;
     int32_t modifier; /* index of the modifying primitive, always smaller than its own */
+    const char *modifier_name; /* as the file says it: that of an alias, too; or "void" */
     /* The material, or mixture of materials, that a chain of modifiers comes to which starts
      * with this primitive (a surface's: with its modifier). PM_VOID: none. A surface without
      * one cannot be seen. */

@@ -7,6 +7,7 @@
 #include "world/cube.h"
 #include "world/material.h"
 #include "world/mesh_body.h"
+#include "world/modifier_names.h"
 
 struct maker {
     pm_world *world;
@@ -15,6 +16,7 @@ struct maker {
     pm_error *err;
     uint32_t *of_prototype; /* [scene->prototype_count]: its body */
     uint32_t *place;        /* [scene->count]: of what a body holds, among its like */
+    struct pm_modifier_collector *modifiers;
 };
 
 static pm_status no_memory(const struct maker *m)
@@ -135,6 +137,13 @@ static uint32_t material_of(const struct maker *m, int32_t modifier)
                                : m->identity->materials.of_primitive[modifier];
 }
 
+/* False if memory is short. */
+static bool number_modifier(const struct maker *m, const pm_primitive *p, uint32_t *out)
+{
+    *out = pm_modifier_number(m->modifiers, p->modifier, p->modifier_name);
+    return *out != PM_NO_PRIMITIVE;
+}
+
 /* Where the shapes of primitives soon to come are to be written: anywhere in memory. */
 static void prefetch(const struct maker *m, const struct pm_body *b, size_t i, size_t end)
 {
@@ -167,6 +176,8 @@ static pm_status make_shapes(const struct maker *m, struct pm_body *b,
             return status;
         shape->material = material_of(m, p->modifier);
         shape->primitive = (uint32_t)i;
+        if (!number_modifier(m, p, &shape->modifier))
+            return no_memory(m);
     }
     b->shape_count = b->own_count = (uint32_t)count;
     return PM_OK;
@@ -177,12 +188,21 @@ static pm_status make_mesh(const struct maker *m, struct pm_body *b,
 {
     const pm_mesh *mesh = prototype->mesh;
     uint32_t *materials = pm_arena_array(&m->world->arena, mesh->slot_count, sizeof *materials);
-    if (!materials)
+    uint32_t *modifiers = pm_arena_array(&m->world->arena, mesh->slot_count, sizeof *modifiers);
+    if (!materials || !modifiers)
         return no_memory(m);
-    for (uint32_t i = 0; i < mesh->slot_count; i++)
-        materials[i] = material_of(m, prototype->slots[i]);
+    for (uint32_t i = 0; i < mesh->slot_count; i++) {
+        int32_t slot = prototype->slots[i];
+        const char *name = slot == PM_VOID ? "void" : m->scene->primitives[slot].name;
+        materials[i] = material_of(m, slot);
+        modifiers[i] = pm_modifier_number(m->modifiers, slot, name);
+        if (modifiers[i] == PM_NO_PRIMITIVE)
+            return no_memory(m);
+    }
     b->own_count = mesh->triangle_count;
-    return pm_mesh_body_make(b, mesh, materials, &m->world->arena, m->err);
+    pm_status status = pm_mesh_body_make(b, mesh, materials, &m->world->arena, m->err);
+    b->mesh.modifiers = modifiers;
+    return status;
 }
 
 static pm_status make_instance(const struct maker *m, const struct pm_body *b,
@@ -198,6 +218,8 @@ static pm_status make_instance(const struct maker *m, const struct pm_body *b,
     for (int i = 0; i < 3; i++)
         out->axis[i] = pm_vec3_make(t.turn[i][0] / t.scale, t.turn[i][1] / t.scale,
                                     t.turn[i][2] / t.scale);
+    if (!number_modifier(m, p, &out->modifier))
+        return no_memory(m);
     if (!(out->unit > b->tolerance))
         return refuse(m, p, PM_E_RANGE, "is too small beside the size of the scene");
     if (out->material != PM_NO_PRIMITIVE &&
@@ -346,12 +368,20 @@ static pm_status fill(const struct maker *m, struct pm_body *b, const struct sou
 pm_status pm_bodies_fill(pm_world *world, const pm_scene *scene,
                          const struct pm_identity *identity, pm_error *err)
 {
-    struct maker m = {.world = world, .scene = scene, .identity = identity, .err = err};
+    struct pm_modifier_collector modifiers = {.scene = scene};
+    struct maker m = {.world = world,
+                      .scene = scene,
+                      .identity = identity,
+                      .err = err,
+                      .modifiers = &modifiers};
     pm_status status = maker_init(&m) ? PM_OK : no_memory(&m);
     for (size_t i = 0; !status && i < world->body_count; i++) {
         struct source source = source_of(&m, i);
         status = fill(&m, &world->bodies[i], &source);
     }
+    if (!status)
+        status = pm_modifier_names_keep(&modifiers, world, err);
+    pm_modifier_collector_clear(&modifiers);
     maker_clear(&m);
     world->shapes = world->main->shapes;
     world->shape_count = world->main->shape_count;

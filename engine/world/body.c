@@ -29,8 +29,10 @@ void pm_place_find(const struct pm_body *main, uint32_t surface, struct pm_place
         out->base += instance->first;
         out->local -= instance->first;
         out->body = instance->body;
-        if (out->material == PM_NO_PRIMITIVE)
+        if (out->material == PM_NO_PRIMITIVE) {
             out->material = instance->material;
+            out->modifier = instance->modifier;
+        }
     }
 }
 

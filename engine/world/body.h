@@ -25,6 +25,7 @@ struct pm_instance {
     double unit;     /* its unit of length */
     const struct pm_body *body;
     uint32_t material; /* of all that it holds; PM_NO_PRIMITIVE: their own */
+    uint32_t modifier; /* likewise (selection.h); says nothing where `material` does not */
     uint32_t first;    /* number of its first surface */
 };
 
@@ -33,6 +34,7 @@ struct pm_mesh_body {
     const pm_mesh *mesh;       /* in the world's assets */
     const pm_vec3 *positions;  /* [mesh->vertex_count], in the body's coordinates */
     const uint32_t *materials; /* [mesh->slot_count]; PM_NO_PRIMITIVE: invisible */
+    const uint32_t *modifiers; /* [mesh->slot_count]; as a shape's */
     const uint32_t *group;     /* [mesh->triangle_count]: least number of those with the same
                                   corners; NULL if there are no two */
 };
@@ -70,6 +72,7 @@ struct pm_place {
     uint32_t base;              /* number of that body's first surface */
     uint32_t local;             /* number in it, less than body->own_count */
     uint32_t material;          /* that replaces its own, or PM_NO_PRIMITIVE */
+    uint32_t modifier;          /* likewise */
 };
 
 void pm_place_find(const struct pm_body *main, uint32_t surface, struct pm_place *out);

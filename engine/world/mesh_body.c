@@ -176,6 +176,12 @@ uint32_t pm_mesh_body_material(const struct pm_mesh_body *m, uint32_t triangle)
     return slot < m->mesh->slot_count ? m->materials[slot] : PM_NO_PRIMITIVE;
 }
 
+uint32_t pm_mesh_body_modifier(const struct pm_mesh_body *m, uint32_t triangle)
+{
+    uint32_t slot = m->mesh->triangles[triangle].slot;
+    return slot < m->mesh->slot_count ? m->modifiers[slot] : PM_NO_PRIMITIVE;
+}
+
 static pm_vec3 area_vector(const pm_vec3 p[3])
 {
     return pm_vec3_cross(pm_vec3_sub(p[1], p[0]), pm_vec3_sub(p[2], p[0]));

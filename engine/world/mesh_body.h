@@ -23,6 +23,7 @@ struct pm_mesh_side {
 struct pm_mesh_side pm_mesh_body_side(const struct pm_mesh_body *mesh, uint32_t triangle);
 
 uint32_t pm_mesh_body_material(const struct pm_mesh_body *mesh, uint32_t triangle);
+uint32_t pm_mesh_body_modifier(const struct pm_mesh_body *mesh, uint32_t triangle);
 
 /* Unit normal of the front: from there the corners go counter-clockwise. */
 pm_vec3 pm_mesh_body_normal(const struct pm_mesh_body *mesh, uint32_t triangle);

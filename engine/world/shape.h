@@ -15,6 +15,7 @@
 struct pm_shape {
     pm_primitive_type type;
     uint32_t material;  /* index into the world's materials */
+    uint32_t modifier;  /* index into the world's modifiers (selection.h) */
     uint32_t primitive; /* of the scene that it was made from: for messages alone */
     bool inward;        /* bubble, cup, tube: the front looks at the centre or the axis */
 

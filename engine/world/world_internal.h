@@ -42,6 +42,16 @@ struct pm_material_table {
     const uint32_t *of_primitive;
 };
 
+/* The modifiers of surfaces, as selections name them. */
+struct pm_modifier_names {
+    size_t count;
+    struct pm_modifier_chain {
+        const char *name;         /* as the surface says it: that of an alias, too */
+        uint32_t length;          /* of the chain from there to its material */
+        const char *const *names; /* [length] of the primitives in it */
+    } *chains;                    /* [count] */
+};
+
 struct pm_world {
     pm_arena arena; /* everything below that is not said to be elsewhere */
 
@@ -74,6 +84,7 @@ struct pm_world {
     /* Filled by pm_materials_compile (material.c); freed with the arena. */
     size_t material_count;
     struct pm_material *materials;
+    struct pm_modifier_names modifiers;
     bool passes_straight; /* some used material has a straight part (glass, trans, antimatter,
                              illum with void) */
     bool has_media; /* some used material is a mist, an absorbing dielectric or antimatter */

@@ -1,0 +1,65 @@
+#ifndef PM_FORWARD_OPTIONS_H
+#define PM_FORWARD_OPTIONS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/rgb.h"
+#include "base/vec3.h"
+
+/* Everything that a user may choose about the forward pass, in scene units. Names are those of
+ * modifiers (world/selection.h). */
+
+/* Sides of a port from which light of distant sources enters the scene. */
+enum { PM_PORT_FRONT = 1, PM_PORT_BACK = 2 };
+
+typedef struct pm_port_option {
+    const char *modifier;
+    unsigned sides; /* to which photons leave: -apo+ FRONT, along the normal; -apo- BACK; -apo0
+                       both; -apo alone is FRONT, as in Radiance */
+} pm_port_option;
+
+/* Where photons are stored: a box from low to high, or a ball. */
+typedef struct pm_region {
+    bool is_ball;
+    pm_vec3 low, high; /* of a box */
+    pm_vec3 center;
+    double radius; /* of a ball */
+} pm_region;
+
+typedef struct pm_name_list {
+    const char *const *names;
+    size_t count;
+} pm_name_list;
+
+typedef struct pm_forward_options {
+    uint64_t seed;       /* -apr */
+    uint32_t max_events; /* -apm / -lr: most scatterings a path; default 5000. Reached paths end
+                            as absorbed */
+    double max_length;   /* -ld: of a path; 0 = none */
+
+    const pm_port_option *ports; /* -apo */
+    size_t port_count;
+    double direction_resolution; /* -dp: directions a steradian that a port's table of incident
+                                    light tells apart; default 1000 */
+    double partition;            /* -ds: size of a port's patches, relative to the scene's cube;
+                                    default .01 */
+
+    pm_name_list sensors;     /* -aps: surfaces that store what passes */
+    pm_name_list exclude;     /* -ae: store nothing */
+    pm_name_list include;     /* -ai: these alone store; not both */
+    const pm_region *regions; /* -api, -apI: photons outside all of them are not stored */
+    size_t region_count;
+
+    /* -me -ma -mg: a medium that fills the scene; extinction [1 / scene unit] of 0: none */
+    pm_rgb extinction, albedo;
+    double eccentricity;
+
+    bool back_faces; /* -bv: default on; off: surfaces are invisible from behind */
+} pm_forward_options;
+
+/* Fills in the defaults. */
+pm_forward_options pm_forward_defaults(void);
+
+#endif

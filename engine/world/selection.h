@@ -1,0 +1,28 @@
+#ifndef PM_WORLD_SELECTION_H
+#define PM_WORLD_SELECTION_H
+
+#include "world/world.h"
+
+/* Surfaces that an option names by their modifiers, e.g. mkpmap's ports.
+ *
+ * A name chooses the surfaces in whose chain of modifiers it stands, from the word that the
+ * surface itself says (an alias included) to the material. (Radiance asks for the material's
+ * name at ports and sensors, and for the surface's word at -ae and -ai: findmaterial and
+ * ambincmp in its sources; both are in the chain.) */
+typedef struct pm_selection {
+    bool any;         /* whether it chooses anything */
+    bool *is_chosen;  /* of each of the world's modifiers; NULL: none */
+    pm_digest digest; /* of what is chosen, whatever it is called */
+} pm_selection;
+
+/* PM_E_MISSING for a name that no surface's modifier has, with those that there are; `option`
+ * is for the message. No names choose nothing. Tests: test_selection.c. */
+PM_MUST_USE pm_status pm_selection_make(const pm_world *world, const char *const *names,
+                                        size_t count, const char *option, pm_selection *out,
+                                        pm_error *err);
+void pm_selection_clear(pm_selection *selection);
+
+/* Whether it chooses the surface. */
+bool pm_selection_has(const pm_selection *selection, const pm_world *world, uint32_t surface);
+
+#endif
