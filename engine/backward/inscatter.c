@@ -56,13 +56,34 @@ bool pm_inscatter_distance(const pm_medium *medium, double length, struct pm_sam
     return *pdf > 0;
 }
 
-static pm_estimate ask(const struct pm_lookup *lookup, pm_vec3 point, pm_vec3 direction,
-                       double g)
+static pm_estimate ask_part(const struct pm_lookup *lookup, pm_vec3 point, pm_vec3 direction,
+                            double g)
 {
     if (lookup->radius > 0)
         return pm_photon_map_volume_within(lookup->map, point, direction, g, lookup->radius);
     return pm_photon_map_volume(lookup->map, point, direction, g, lookup->gather_count,
                                 INFINITY);
+}
+
+/* The parts of a phase function sum the same photons; so do their deviations, at most. */
+static pm_estimate ask(const struct pm_lookup *lookup, const pm_medium *medium, pm_vec3 point,
+                       pm_vec3 direction)
+{
+    pm_estimate sum = {.count = 0};
+    double deviation[3] = {0};
+    for (unsigned i = 0; i < medium->phases; i++) {
+        pm_estimate part = ask_part(lookup, point, direction, medium->phase[i].g);
+        pm_rgb share = medium->phase[i].share;
+        sum.irradiance = pm_rgb_add(sum.irradiance, pm_rgb_mul(part.irradiance, share));
+        sum.radius = part.radius;
+        sum.count = part.count;
+        deviation[0] += share.r * sqrt(part.variance.r);
+        deviation[1] += share.g * sqrt(part.variance.g);
+        deviation[2] += share.b * sqrt(part.variance.b);
+    }
+    sum.variance = (pm_rgb){deviation[0] * deviation[0], deviation[1] * deviation[1],
+                            deviation[2] * deviation[2]};
+    return sum;
 }
 
 /* Volume photons lie at collisions, with their flux before the albedo: their flux density is
@@ -78,7 +99,7 @@ static void add_scattered(const struct pm_pass *pass, const struct pm_walk *walk
         return;
     pm_vec3 point = pm_vec3_madd(walk->ray.origin, distance, walk->ray.direction);
     pm_estimate estimate =
-        ask(&pass->volume, point, pm_vec3_negate(walk->ray.direction), medium->g);
+        ask(&pass->volume, medium, point, pm_vec3_negate(walk->ray.direction));
     pm_rgb weight = pm_rgb_mul(walk->throughput, medium->albedo);
     weight = pm_rgb_mul(weight, pm_medium_transmittance(medium, distance));
     weight = pm_rgb_scale(weight, 1 / pdf);

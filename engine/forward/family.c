@@ -5,7 +5,7 @@
 #include "forward/forward_internal.h"
 
 /* Raise it whenever a stored byte of any photon can change for the same scene and options. */
-enum { FORMAT_VERSION = 3 };
+enum { FORMAT_VERSION = 4 };
 
 /* What proposes the surfaces that a ray may meet (world/rays.c) before they are tested in
  * double. */

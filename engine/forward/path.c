@@ -225,12 +225,14 @@ static bool collide(struct walk *walk, const pm_medium *medium, pm_vec3 point)
     deposit(walk, 1U << PM_MAP_VOLUME, point, (pm_vec3){0, 0, 0});
     if (!count_event(walk, PM_EVENT_DIFFUSE))
         return false;
-    pm_rgb flux = pm_rgb_mul(walk->flux, medium->albedo);
+    pm_rgb weight, flux = pm_rgb_mul(walk->flux, medium->albedo);
     add_to(&walk->recorder->absorbed, pm_rgb_sub(walk->flux, flux));
-    if (!survives(walk, flux))
+    double u[3];
+    for (int i = 0; i < 3; i++)
+        u[i] = pm_rng_uniform(&walk->rng);
+    pm_vec3 direction = pm_medium_scatter(medium, flux, walk->ray.direction, u, &weight);
+    if (!survives(walk, pm_rgb_mul(flux, weight)))
         return false;
-    double u = pm_rng_uniform(&walk->rng), v = pm_rng_uniform(&walk->rng);
-    pm_vec3 direction = pm_phase_sample(medium->g, walk->ray.direction, u, v);
     walk->ray = (pm_ray){point, direction, INFINITY, PM_NO_PRIMITIVE};
     return true;
 }

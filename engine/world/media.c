@@ -221,29 +221,41 @@ static int innermost_dielectric(const pm_media *media, const pm_world *world)
     return i < 0 ? 0 : i;
 }
 
-static double ratio(double part, double whole)
+static pm_rgb ratio(pm_rgb part, pm_rgb whole)
 {
-    return whole > 0 ? part / whole : 0;
+    return (pm_rgb){whole.r > 0 ? part.r / whole.r : 0, whole.g > 0 ? part.g / whole.g : 0,
+                    whole.b > 0 ? part.b / whole.b : 0};
+}
+
+/* `share` holds scattering coefficients until the sum is known. */
+static void add_phase(pm_medium *medium, double g, pm_rgb scattering)
+{
+    unsigned i = 0;
+    if (pm_rgb_is_black(scattering))
+        return;
+    while (i < medium->phases && medium->phase[i].g != g)
+        i++;
+    if (i == medium->phases)
+        medium->phase[medium->phases++] = (struct pm_phase_part){.g = g};
+    medium->phase[i].share = pm_rgb_add(medium->phase[i].share, scattering);
 }
 
 bool pm_media_medium(const pm_media *media, const pm_world *world, pm_medium *out)
 {
     pm_rgb extinction = {0, 0, 0}, scattering = {0, 0, 0};
-    double forward = 0;
+    out->phases = 0;
     for (int i = innermost_dielectric(media, world); i < media->count; i++) {
         const struct pm_material *m = &world->materials[media->material[i]];
         if (pm_material_is_hidden(world, media, media->material[i]))
             continue;
         extinction = pm_rgb_add(extinction, m->extinction);
         scattering = pm_rgb_add(scattering, m->scattering);
-        forward += m->g * pm_rgb_mean(m->scattering);
+        add_phase(out, m->g, m->scattering);
     }
-    *out = (pm_medium){
-        .extinction = extinction,
-        .albedo = {ratio(scattering.r, extinction.r), ratio(scattering.g, extinction.g),
-                   ratio(scattering.b, extinction.b)},
-        .g = ratio(forward, pm_rgb_mean(scattering)),
-    };
+    for (unsigned i = 0; i < out->phases; i++)
+        out->phase[i].share = ratio(out->phase[i].share, scattering);
+    out->extinction = extinction;
+    out->albedo = ratio(scattering, extinction);
     return !pm_rgb_is_black(extinction);
 }
 
@@ -280,4 +292,43 @@ pm_vec3 pm_phase_sample(double g, pm_vec3 direction, double u, double v)
     pm_frame frame = pm_frame_make(direction);
     pm_vec3 local = {radius * cosine, radius * sine, 1 - versine};
     return pm_vec3_normalize(pm_frame_to_world(&frame, local));
+}
+
+pm_rgb pm_medium_phase(const pm_medium *medium, double cosine)
+{
+    pm_rgb sum = {0, 0, 0};
+    for (unsigned i = 0; i < medium->phases; i++)
+        sum = pm_rgb_madd(sum, pm_phase(medium->phase[i].g, cosine), medium->phase[i].share);
+    return sum;
+}
+
+/* Light of that flux that the part scatters. */
+static double part_flux(const pm_medium *medium, unsigned i, pm_rgb flux)
+{
+    pm_rgb part = pm_rgb_mul(flux, medium->phase[i].share);
+    return part.r + part.g + part.b;
+}
+
+/* A part drawn in proportion to the light that it scatters: the balance heuristic over parts
+ * and channels at once (Veach 1997, 9.2.4). */
+pm_vec3 pm_medium_scatter(const pm_medium *medium, pm_rgb flux, pm_vec3 direction,
+                          const double u[3], pm_rgb *weight)
+{
+    unsigned chosen = 0;
+    *weight = (pm_rgb){1, 1, 1};
+    if (medium->phases < 2)
+        return pm_phase_sample(medium->phases ? medium->phase[0].g : 0, direction, u[1], u[2]);
+    double sum = 0, density = 0;
+    for (unsigned i = 0; i < medium->phases; i++)
+        sum += part_flux(medium, i, flux);
+    double x = u[0] * sum;
+    while (chosen + 1 < medium->phases && x >= part_flux(medium, chosen, flux))
+        x -= part_flux(medium, chosen++, flux);
+    pm_vec3 to = pm_phase_sample(medium->phase[chosen].g, direction, u[1], u[2]);
+    double cosine = pm_vec3_dot(direction, to);
+    for (unsigned i = 0; i < medium->phases; i++)
+        density += part_flux(medium, i, flux) / sum * pm_phase(medium->phase[i].g, cosine);
+    if (sum > 0 && density > 0)
+        *weight = pm_rgb_scale(pm_medium_phase(medium, cosine), 1 / density);
+    return to;
 }

@@ -25,11 +25,16 @@ typedef struct pm_media {
     uint32_t material[PM_MEDIA_MAX]; /* in order of entry */
 } pm_media;
 
-/* What the innermost media are together [1 / world length]. */
+/* What the innermost media are together [1 / world length]. Of mists that overlap each scatters
+ * by its own phase function, a share of the light; those of equal g are one. */
 typedef struct pm_medium {
     pm_rgb extinction; /* absorption + scattering */
     pm_rgb albedo;     /* scattering / extinction, of the sum */
-    double g;          /* Henyey-Greenstein, scattering-weighted mean of the sum */
+    unsigned phases;   /* 0 if nothing scatters */
+    struct pm_phase_part {
+        double g;     /* Henyey-Greenstein */
+        pm_rgb share; /* of the scattered light of each channel */
+    } phase[PM_MEDIA_MAX];
 } pm_medium;
 
 /* The media at a point in free space, by rays to the outside. Cheap (count = 0) in a world
@@ -59,5 +64,13 @@ pm_rgb pm_medium_transmittance(const pm_medium *medium, double length);
  * a direction drawn from it. Test: phase_function_is_normalised. */
 double pm_phase(double g, double cosine);
 pm_vec3 pm_phase_sample(double g, pm_vec3 direction, double u, double v);
+
+/* The phase function of a medium that scatters [1/sr], a channel each: the parts' sum, a
+ * channel that nothing scatters 0. And a direction drawn from it for light of that flux; what
+ * the flux is multiplied by. The flux of the channels together stays what it was, so weights
+ * are bounded; with one part they are 1. Test: overlapping_mists_scatter_each_by_its_own. */
+pm_rgb pm_medium_phase(const pm_medium *medium, double cosine);
+pm_vec3 pm_medium_scatter(const pm_medium *medium, pm_rgb flux, pm_vec3 direction,
+                          const double u[3], pm_rgb *weight);
 
 #endif

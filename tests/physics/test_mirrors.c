@@ -208,7 +208,8 @@ static void concentrator_takes_all_light_along_its_axis(void **state)
 }
 
 /* Fifteen degrees beyond its acceptance, where cones instead of parabolas change nothing, all
- * light comes back out of the entrance. That is an answer: a map of no photons that says why. */
+ * light comes back out of the entrance. That is an answer: a map of no photons that says why.
+ */
 static void concentrator_passes_nothing_beyond_its_acceptance(void **state)
 {
     (void)state;

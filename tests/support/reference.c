@@ -102,7 +102,8 @@ static struct hit nearest(const struct ref_scene *scene, const struct ray *ray)
 struct media {
     const struct material *inside[MEDIA_DEPTH];
     int count;
-    double extinction[3], scattering[3], eccentricity;
+    double extinction[3], scattering[3];
+    int first; /* that counts */
     bool scatters, attenuates;
 };
 
@@ -112,7 +113,7 @@ static void media_update(struct media *media)
 {
     for (int c = 0; c < 3; c++)
         media->extinction[c] = media->scattering[c] = 0;
-    media->eccentricity = 0;
+    media->first = 0;
     media->scatters = media->attenuates = false;
     for (int i = media->count; i-- > 0;) {
         const struct material *m = media->inside[i];
@@ -122,10 +123,9 @@ static void media_update(struct media *media)
             media->scatters = media->scatters || m->scattering[c] > 0;
             media->attenuates = media->attenuates || m->extinction[c] > 0;
         }
+        media->first = i;
         if (m->kind == MATERIAL_DIELECTRIC)
             break;
-        if (media->eccentricity == 0)
-            media->eccentricity = m->eccentricity;
     }
 }
 
@@ -430,7 +430,7 @@ struct vertex {
     struct vec direction;            /* volume: of the path that arrived */
     const struct material *material; /* surface */
     const struct lobes *lobes;       /* surface */
-    double eccentricity;             /* volume */
+    const struct media *media;       /* volume */
 };
 
 /* Henyey and Greenstein 1941; the cosine is 1 for light that goes straight on. [1/sr] */
@@ -440,6 +440,18 @@ static double phase(double g, double cosine)
     return (1 - g * g) / (4 * REF_PI * base * sqrt(base));
 }
 
+/* Of all media that count, each scattering its share. */
+static double media_phase(const struct media *media, int channel, double cosine)
+{
+    double sum = 0;
+    for (int i = media->first; i < media->count; i++) {
+        const struct material *m = media->inside[i];
+        if (m->scattering[channel] > 0)
+            sum += m->scattering[channel] * phase(m->eccentricity, cosine);
+    }
+    return sum > 0 ? sum / media->scattering[channel] : 0;
+}
+
 /* BRDF times cosine, or phase function, for light from `direction`. The sensor is a white
  * diffuser, so irradiance is pi times what it gathers. False if there is none. */
 static bool scatter_value(const struct vertex *v, struct vec direction, double value[3])
@@ -447,9 +459,12 @@ static bool scatter_value(const struct vertex *v, struct vec direction, double v
     double cosine = v->kind == VERTEX_VOLUME ? 0 : vec_dot(v->normal, direction);
     if (v->kind == VERTEX_SENSOR && cosine <= 0)
         return false;
-    double common = v->kind == VERTEX_VOLUME
-                        ? phase(v->eccentricity, vec_dot(v->direction, direction))
-                        : fabs(cosine) / REF_PI;
+    if (v->kind == VERTEX_VOLUME) {
+        for (int c = 0; c < 3; c++)
+            value[c] = media_phase(v->media, c, vec_dot(v->direction, direction));
+        return value[0] > 0 || value[1] > 0 || value[2] > 0;
+    }
+    double common = fabs(cosine) / REF_PI;
     if (v->kind == VERTEX_SURFACE)
         common *= light_side_factor(v->material, fabs(cosine));
     const double *lobe = NULL;
@@ -555,16 +570,45 @@ static struct vec phase_direction(struct vec forward, double g, struct ref_rng *
     return vec_polar(forward, fmax(-1, fmin(1, cosine)), phi);
 }
 
+static double scattering_of(const struct material *m)
+{
+    return m->scattering[0] + m->scattering[1] + m->scattering[2];
+}
+
+/* One of the media, in proportion to what it scatters of white light. */
+static double draw_eccentricity(const struct media *media, struct ref_rng *rng)
+{
+    double sum = media->scattering[0] + media->scattering[1] + media->scattering[2];
+    double x = ref_rng_uniform(rng) * sum;
+    int i = media->first;
+    for (; i + 1 < media->count && x >= scattering_of(media->inside[i]); i++)
+        x -= scattering_of(media->inside[i]);
+    return media->inside[i]->eccentricity;
+}
+
+/* The density of that draw and a direction of the drawn one's phase function. */
+static double drawn_phase(const struct media *media, double cosine)
+{
+    double sum = media->scattering[0] + media->scattering[1] + media->scattering[2];
+    double density = 0;
+    for (int c = 0; c < 3; c++)
+        density += media->scattering[c] / sum * media_phase(media, c, cosine);
+    return density;
+}
+
 static bool scatter_in_medium(struct path *p, struct vec point)
 {
     if (!may_scatter_diffusely(p))
         return false;
-    struct vertex v = {.kind = VERTEX_VOLUME,
-                       .point = point,
-                       .direction = p->ray.direction,
-                       .eccentricity = p->media.eccentricity};
+    const struct media media = p->media;
+    struct vertex v = {
+        .kind = VERTEX_VOLUME, .point = point, .direction = p->ray.direction, .media = &media};
     next_event(p, &v, class_after(p, REF_INDIRECT));
-    struct vec to = phase_direction(p->ray.direction, p->media.eccentricity, &p->rng);
+    double g = draw_eccentricity(&media, &p->rng);
+    struct vec to = phase_direction(p->ray.direction, g, &p->rng);
+    double cosine = vec_dot(p->ray.direction, to), density = drawn_phase(&media, cosine);
+    for (int c = 0; c < 3; c++)
+        p->throughput[c] *= media_phase(&media, c, cosine) / density;
     go_on(p, REF_INDIRECT, point, to, NULL);
     return true;
 }
