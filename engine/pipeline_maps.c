@@ -11,9 +11,8 @@ struct growing {
     bool begun;
     uint64_t wanted;
     pm_digest family;
-    pm_batch *batches;
-    size_t count, capacity;
-    uint64_t photons, paths;
+    pm_photon_list list;
+    uint64_t paths;
     bool gave_up;
 };
 
@@ -23,28 +22,6 @@ static uint64_t path_limit(uint64_t photons)
 {
     uint64_t start = UINT64_C(1) << 22;
     return photons > (UINT64_MAX - start) / 1000 ? UINT64_MAX : start + 1000 * photons;
-}
-
-static pm_batch *append_batch(struct growing *map)
-{
-    if (map->count == map->capacity) {
-        size_t capacity = map->capacity ? 2 * map->capacity : 16;
-        pm_batch *batches = realloc(map->batches, capacity * sizeof *batches);
-        if (!batches)
-            return NULL;
-        map->batches = batches;
-        map->capacity = capacity;
-    }
-    pm_batch *batch = &map->batches[map->count++];
-    *batch = (pm_batch){0};
-    return batch;
-}
-
-static void growing_clear(struct growing *map)
-{
-    for (size_t i = 0; i < map->count; i++)
-        pm_batch_clear(&map->batches[i]);
-    free(map->batches);
 }
 
 static void begin(pm_run *run, pm_map_kind kind, struct growing *map)
@@ -126,68 +103,67 @@ static uint32_t least_paths(const pm_batch *batch, uint64_t missing)
     return low + 1;
 }
 
-/* Takes what the map still needs of its newest batch. */
-static void settle(pm_run *run, pm_map_kind kind, struct growing *map)
+/* Takes what the map still needs of a batch, which ends here. */
+static pm_status settle(pm_run *run, pm_map_kind kind, struct growing *map, pm_batch *batch)
 {
-    pm_batch *batch = &map->batches[map->count - 1];
-    uint64_t missing = map->wanted - map->photons;
+    uint64_t missing = map->wanted - map->list.count;
     if (batch->count >= missing) {
         pm_batch_truncate(batch, least_paths(batch, missing));
         map->active = false;
     }
-    map->photons += batch->count;
+    pm_status st = pm_photon_list_append(&map->list, batch->photons, batch->count, run->err);
     map->paths += batch->paths;
-    if (map->active && map->paths >= path_limit(map->photons)) {
+    pm_batch_clear(batch);
+    if (map->active && map->paths >= path_limit(map->list.count)) {
         map->active = false;
         map->gave_up = true;
     }
-    run->progress.photons[kind] = map->photons;
+    run->progress.photons[kind] = map->list.count;
     run->progress.paths = map->paths > run->progress.paths ? map->paths : run->progress.paths;
+    return st;
 }
 
-/* One more batch for every map that is still short: stored ones are fetched, the others traced
- * together. */
-static pm_status grow(pm_run *run, uint64_t index, struct growing maps[PM_MAP_KINDS])
+/* The next batch of every map that is still short: stored ones are fetched, the others traced
+ * together and kept. */
+static pm_status next_batches(pm_run *run, uint64_t index,
+                              const struct growing maps[PM_MAP_KINDS],
+                              pm_batch batches[PM_MAP_KINDS])
 {
     unsigned missing = 0;
-    pm_batch traced[PM_MAP_KINDS] = {0};
-    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
-        struct growing *map = &maps[kind];
-        if (!map->active)
-            continue;
-        pm_batch *batch = append_batch(map);
-        if (!batch)
-            return pm_error_set(run->err, PM_E_MEMORY, "no memory for more photons");
-        if (fetch_batch(run, &map->family, (pm_map_kind)kind, index, batch))
-            run->answer->maps[kind].paths_cached += batch->paths;
-        else
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        if (maps[kind].active &&
+            !fetch_batch(run, &maps[kind].family, (pm_map_kind)kind, index, &batches[kind]))
             missing |= 1U << kind;
-    }
-    if (missing) {
-        pm_status st = pm_forward_batch(run->forward, index, missing, run->pool,
-                                        pm_run_cancelled, run, traced, run->err);
-        if (st)
-            return st;
-    }
-    bool counted = false;
-    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
-        struct growing *map = &maps[kind];
-        if (!map->active)
-            continue;
-        pm_batch *batch = &map->batches[map->count - 1];
+    pm_status st = missing ? pm_forward_batch(run->forward, index, missing, run->pool,
+                                              pm_run_cancelled, run, batches, run->err)
+                           : PM_OK;
+    for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
+        pm_map_summary *summary = &run->answer->maps[kind];
         if (missing & (1U << kind)) {
-            *batch = traced[kind];
-            run->answer->maps[kind].paths_traced += batch->paths;
-            pm_status st = keep_batch(run, &map->family, batch);
-            if (st)
-                return st;
+            summary->paths_traced += batches[kind].paths;
+            st = keep_batch(run, &maps[kind].family, &batches[kind]);
+        } else if (maps[kind].active) {
+            summary->paths_cached += batches[kind].paths;
         }
-        if (!counted)
-            add_balance(run, batch);
-        counted = true;
-        settle(run, (pm_map_kind)kind, map);
     }
-    return PM_OK;
+    return st;
+}
+
+static pm_status grow(pm_run *run, uint64_t index, struct growing maps[PM_MAP_KINDS])
+{
+    pm_batch batches[PM_MAP_KINDS] = {0};
+    bool counted = false;
+    pm_status st = next_batches(run, index, maps, batches);
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        if (!st && maps[kind].active && !counted) {
+            add_balance(run, &batches[kind]);
+            counted = true;
+        }
+        if (!st && maps[kind].active)
+            st = settle(run, (pm_map_kind)kind, &maps[kind], &batches[kind]);
+        pm_batch_clear(&batches[kind]);
+    }
+    return st;
 }
 
 static double share_done(const struct growing maps[PM_MAP_KINDS])
@@ -195,7 +171,7 @@ static double share_done(const struct growing maps[PM_MAP_KINDS])
     double least = 1;
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
         double share =
-            maps[kind].active ? (double)maps[kind].photons / (double)maps[kind].wanted : 1;
+            maps[kind].active ? (double)maps[kind].list.count / (double)maps[kind].wanted : 1;
         least = share < least ? share : least;
     }
     return least;
@@ -245,7 +221,7 @@ static void write_note(pm_run *run, const struct growing *map, pm_map_header *he
     snprintf(header->note, sizeof header->note,
              "stopped at %" PRIu64 " paths with %" PRIu64 " of %" PRIu64
              " photons: too few paths end here; %.1f %% of the light escaped",
-             map->paths, map->photons, map->wanted, escaped);
+             map->paths, (uint64_t)map->list.count, map->wanted, escaped);
 }
 
 static void summarise(pm_run *run, pm_map_kind kind, const pm_photon_map *map)
@@ -258,7 +234,7 @@ static void summarise(pm_run *run, pm_map_kind kind, const pm_photon_map *map)
     summary->paths = header->paths;
 }
 
-static pm_status build_map(pm_run *run, pm_map_kind kind, const struct growing *map,
+static pm_status build_map(pm_run *run, pm_map_kind kind, struct growing *map,
                            pm_photon_map **out)
 {
     pm_map_header header = header_of(run, kind);
@@ -267,8 +243,7 @@ static pm_status build_map(pm_run *run, pm_map_kind kind, const struct growing *
     if (!run->answer->plan.pass[kind].needed)
         snprintf(header.note, sizeof header.note, "%s", run->answer->plan.pass[kind].reason);
     pm_run_progress(run, "build", 0);
-    pm_status st =
-        pm_photon_map_build(&header, map->batches, map->count, run->pool, out, run->err);
+    pm_status st = pm_photon_map_take(&header, &map->list, run->pool, out, run->err);
     if (!st)
         summarise(run, kind, *out);
     return st;
@@ -327,12 +302,37 @@ static pm_status finish_maps(pm_run *run, struct growing maps[PM_MAP_KINDS],
             st = read_file(run, (pm_map_kind)kind, &out[kind]);
         else if (is_made(run, kind))
             st = build_map(run, (pm_map_kind)kind, &maps[kind], &out[kind]);
-        growing_clear(&maps[kind]);
-        maps[kind] = (struct growing){.begun = maps[kind].begun, .family = maps[kind].family};
         if (st)
             return st;
     }
     return PM_OK;
+}
+
+/* What a map takes beside its photons: the tree, and each thread's work. */
+enum { TREE_BYTES = 2, WORK_BYTES = 32 << 20, LAST_PATH_PHOTONS = 64 };
+
+/* All the memory that the maps will take is asked for before any work: address space, which
+ * costs nothing until photons fill it. */
+static pm_status reserve(pm_run *run, struct growing maps[PM_MAP_KINDS])
+{
+    uint64_t photons = 0;
+    pm_status st = PM_OK;
+    for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
+        if (!maps[kind].active)
+            continue;
+        photons += maps[kind].wanted;
+        st = pm_photon_list_reserve(&maps[kind].list, maps[kind].wanted + LAST_PATH_PHOTONS,
+                                    run->err);
+    }
+    void *volatile rest =
+        malloc(TREE_BYTES * photons + WORK_BYTES * pm_pool_threads(run->pool));
+    if (!st && !rest)
+        st = pm_error_set(run->err, PM_E_MEMORY,
+                          "no memory for %" PRIu64 " photons: with their search structure "
+                          "they take %.3g GB; ask for fewer",
+                          photons, 1e-9 * 26 * (double)photons);
+    free(rest);
+    return st;
 }
 
 pm_status pm_run_make_maps(pm_run *run, pm_photon_map *out[PM_MAP_KINDS])
@@ -340,17 +340,19 @@ pm_status pm_run_make_maps(pm_run *run, pm_photon_map *out[PM_MAP_KINDS])
     struct growing maps[PM_MAP_KINDS] = {0};
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
         const pm_plan_pass *pass = &run->answer->plan.pass[kind];
-        if (!is_made(run, kind) || !pass->needed)
-            continue;
-        maps[kind].active = true;
+        maps[kind].active = is_made(run, kind) && pass->needed;
         maps[kind].wanted = pass->count;
-        begin(run, (pm_map_kind)kind, &maps[kind]);
     }
-    pm_status st = grow_all(run, maps);
+    pm_status st = reserve(run, maps);
+    for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++)
+        if (maps[kind].active)
+            begin(run, (pm_map_kind)kind, &maps[kind]);
+    if (!st)
+        st = grow_all(run, maps);
     if (!st)
         st = finish_maps(run, maps, out);
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
-        growing_clear(&maps[kind]);
+        pm_photon_list_clear(&maps[kind].list);
         end(run, &maps[kind]);
     }
     return st;

@@ -259,27 +259,21 @@ static uint64_t photons_size(uint64_t count)
 }
 
 /* `count` is bounded by what the file can hold before anything is allocated. */
-static pm_status read_photons(struct source *source, uint64_t count,
-                              pm_photon *(*alloc)(size_t), pm_photon **out)
+static pm_status read_photons(struct source *source, uint64_t count, pm_photon_list *out)
 {
     pm_reader *reader = &source->reader;
     if (count > PM_MAP_PHOTONS_MAX || photons_size(count) > reader->size - reader->at)
         return damaged(source, "photons");
-    pm_photon *photons = alloc((size_t)count);
-    if (!photons)
-        return pm_error_set(source->err, PM_E_MEMORY, "no memory for the photons of %s",
-                            source->name);
-    for (size_t first = 0; first < count; first += PART_PHOTONS) {
-        size_t start = reader->at, size = part_size(first, (size_t)count) * sizeof *photons;
-        const uint8_t *bytes = pm_reader_take(reader, size);
-        if (!bytes || !checksum_holds(source, start)) {
-            free(photons);
+    pm_status st = pm_photon_list_reserve(out, count, source->err);
+    for (size_t first = 0; first < count && !st; first += PART_PHOTONS) {
+        size_t start = reader->at, part = part_size(first, (size_t)count);
+        const uint8_t *bytes = pm_reader_take(reader, part * sizeof(pm_photon));
+        if (!bytes || !checksum_holds(source, start))
             return damaged(source, "photons");
-        }
-        memcpy(photons + first, bytes, size);
+        memcpy(out->photons + first, bytes, part * sizeof(pm_photon));
+        out->count += part;
     }
-    *out = photons;
-    return PM_OK;
+    return st;
 }
 
 static bool in_order(const pm_photon *photons, size_t count)
@@ -317,31 +311,23 @@ pm_status pm_photon_map_read(const void *data, size_t size, const char *name,
     struct source source = {{.data = data, .size = size}, name, err};
     pm_map_header header;
     uint64_t count;
-    pm_photon *photons = NULL;
+    pm_photon_list list = {0};
+    char *text = NULL;
     pm_status st = read_map_header(&source, &header, &count);
     if (!st)
-        st = read_photons(&source, count, pm_photons_alloc, &photons);
-    if (!st && !in_order(photons, (size_t)count))
+        st = read_photons(&source, count, &list);
+    if (!st && !in_order(list.photons, list.count))
         st = damaged(&source, "order of photons");
-    if (!st) {
-        char *text = NULL;
+    if (!st)
         st = read_trailer(&source, &text);
-        if (!st) { /* takes the photons in any case */
-            st = pm_photon_map_take(&header, photons, (size_t)count, NULL, out, err);
-            photons = NULL;
-        }
-        if (!st && command)
-            *command = text;
-        else
-            free(text);
-    }
-    free(photons);
+    if (!st)
+        st = pm_photon_map_wrap(&header, &list, NULL, out, err);
+    if (!st && command)
+        *command = text;
+    else
+        free(text);
+    pm_photon_list_clear(&list);
     return st;
-}
-
-static pm_photon *plain_photons(size_t count)
-{
-    return calloc(count + 1, sizeof(pm_photon));
 }
 
 /* Path ends never fall, and the last one is the number of photons. */
@@ -395,11 +381,13 @@ pm_status pm_batch_read(const void *data, size_t size, pm_batch *out, pm_error *
 {
     struct source source = {{.data = data, .size = size}, "batch", err};
     pm_batch batch = {0};
+    pm_photon_list list = {0};
     pm_status st = read_batch_header(&source, &batch);
     if (!st)
         st = read_ends(&source, &batch);
     if (!st)
-        st = read_photons(&source, batch.count, plain_photons, &batch.photons);
+        st = read_photons(&source, batch.count, &list);
+    batch.photons = list.photons;
     if (!st && source.reader.at != source.reader.size)
         st = damaged(&source, "end");
     if (st)

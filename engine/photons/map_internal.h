@@ -76,12 +76,8 @@ int pm_photon_order(const void *a, const void *b);
 /* The upper 63 bits of the Morton code of a position. */
 uint64_t pm_photon_upper_code(const uint32_t position[3]);
 
-/* Room for `count` photons, filled up with zeros to whole blocks; NULL if memory is short. */
-pm_photon *pm_photons_alloc(size_t count);
-
-/* The photons of all batches in stored order, from pm_photons_alloc. */
-PM_MUST_USE pm_status pm_photons_sort(const pm_batch *batches, size_t count, pm_pool *pool,
-                                      pm_photon **out, size_t *total, pm_error *err);
+/* Brings photons into stored order, in place. */
+void pm_photons_sort(pm_photon *photons, size_t count, pm_pool *pool);
 
 /* Runs pieces of work on the pool, or here without one. */
 void pm_photons_run(pm_pool *pool, size_t count, void (*work)(void *, size_t, unsigned),
@@ -96,10 +92,8 @@ unsigned pm_content_sector(pm_vec3 normal);
 /* All sector bits that a photon with this normal sets. */
 uint32_t pm_content_of_normal(pm_vec3 normal);
 
-/* A map around `count` photons in stored order, from pm_photons_alloc, which are
- * taken in any case. */
-PM_MUST_USE pm_status pm_photon_map_take(const pm_map_header *header, pm_photon *photons,
-                                         size_t count, pm_pool *pool, pm_photon_map **out,
-                                         pm_error *err);
+/* As pm_photon_map_take, of photons that are in stored order. */
+PM_MUST_USE pm_status pm_photon_map_wrap(const pm_map_header *header, pm_photon_list *list,
+                                         pm_pool *pool, pm_photon_map **out, pm_error *err);
 
 #endif

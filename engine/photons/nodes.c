@@ -23,9 +23,9 @@ static const struct group empty_group = {{INT32_MAX, INT32_MAX, INT32_MAX},
 
 struct build {
     pm_photon_map *map;
-    /* [0]: blocks; [l + 1]: nodes of level l */
-    struct group *group[PM_NODE_LEVELS + 1];
-    size_t count[PM_NODE_LEVELS + 1];
+    struct group *group[PM_NODE_LEVELS]; /* of each node of a level */
+    size_t count[PM_NODE_LEVELS];        /* nodes of a level */
+    uint32_t *contents;                  /* of each normal code; NULL: not worth a table */
 };
 
 /* ---- what photons there are ---- */
@@ -96,13 +96,13 @@ static struct group group_of_photon(const pm_photon_block *block, unsigned k)
     return group;
 }
 
-static uint32_t content_of_code(uint16_t code)
+static uint32_t content_of_code(const struct build *b, uint16_t code)
 {
     pm_photon photon = {.normal = {(uint8_t)code, (uint8_t)(code >> 8)}};
-    return pm_content_of_normal(pm_photon_normal(&photon));
+    return b->contents ? b->contents[code] : pm_content_of_normal(pm_photon_normal(&photon));
 }
 
-static void measure_block(const struct build *b, size_t i)
+static struct group group_of_block(const struct build *b, size_t i)
 {
     const pm_photon_block *block = &b->map->blocks[i];
     size_t left = b->map->count - i * PM_BLOCK_SIZE;
@@ -110,31 +110,10 @@ static void measure_block(const struct build *b, size_t i)
     for (unsigned k = 0; k < PM_BLOCK_SIZE && k < left; k++) {
         struct group photon = group_of_photon(block, k);
         if (k == 0 || block->normal[k] != block->normal[k - 1])
-            photon.content |= content_of_code(block->normal[k]);
+            photon.content |= content_of_code(b, block->normal[k]);
         unite(&group, &photon);
     }
-    b->group[0][i] = group;
-}
-
-enum { PIECE = 1024 };
-
-static void measure_piece(void *context, size_t piece, unsigned thread)
-{
-    (void)thread;
-    const struct build *b = context;
-    for (size_t i = piece * PIECE; i < (piece + 1) * PIECE && i < b->count[0]; i++)
-        measure_block(b, i);
-}
-
-static void measure_level(const struct build *b, int level)
-{
-    for (size_t i = 0; i < b->count[level + 1]; i++) {
-        size_t first = i * PM_NODE_CHILDREN, end = first + PM_NODE_CHILDREN;
-        struct group group = empty_group;
-        for (size_t c = first; c < end && c < b->count[level]; c++)
-            unite(&group, &b->group[level][c]);
-        b->group[level + 1][i] = group;
-    }
+    return group;
 }
 
 /* ---- storing ---- */
@@ -163,18 +142,48 @@ static void store_child(pm_node *node, unsigned c, const struct group *child, in
     node->normal[c] = (uint16_t)child->normal;
 }
 
+/* A node from what its children hold. */
+static void store_node(const struct build *b, int level, size_t i,
+                       const struct group children[PM_NODE_CHILDREN], unsigned count)
+{
+    pm_node *node = &b->map->nodes[b->map->level_start[level] + i];
+    struct group *group = &b->group[level][i];
+    *group = empty_group;
+    for (unsigned c = 0; c < count; c++)
+        unite(group, &children[c]);
+    int shift = node_shift(group);
+    *node = (pm_node){.steps_per_unit = 1 / (float)(1U << shift)};
+    memcpy(node->origin, group->low, sizeof node->origin);
+    for (unsigned c = 0; c < count; c++)
+        store_child(node, c, &children[c], shift);
+}
+
+static unsigned children_of(size_t i, size_t all)
+{
+    size_t left = all - i * PM_NODE_CHILDREN;
+    return left < PM_NODE_CHILDREN ? (unsigned)left : PM_NODE_CHILDREN;
+}
+
+enum { PIECE = 64 }; /* nodes over blocks */
+
+static void store_piece(void *context, size_t piece, unsigned thread)
+{
+    (void)thread;
+    const struct build *b = context;
+    for (size_t i = piece * PIECE; i < (piece + 1) * PIECE && i < b->count[0]; i++) {
+        struct group children[PM_NODE_CHILDREN];
+        unsigned count = children_of(i, b->map->block_count);
+        for (unsigned c = 0; c < count; c++)
+            children[c] = group_of_block(b, i * PM_NODE_CHILDREN + c);
+        store_node(b, 0, i, children, count);
+    }
+}
+
 static void store_level(const struct build *b, int level)
 {
-    for (size_t i = 0; i < b->count[level + 1]; i++) {
-        pm_node *node = &b->map->nodes[b->map->level_start[level] + i];
-        const struct group *group = &b->group[level + 1][i];
-        int shift = node_shift(group);
-        *node = (pm_node){.steps_per_unit = 1 / (float)(1U << shift)};
-        memcpy(node->origin, group->low, sizeof node->origin);
-        size_t first = i * PM_NODE_CHILDREN;
-        for (unsigned c = 0; c < PM_NODE_CHILDREN && first + c < b->count[level]; c++)
-            store_child(node, c, &b->group[level][first + c], shift);
-    }
+    for (size_t i = 0; i < b->count[level]; i++)
+        store_node(b, level, i, b->group[level - 1] + i * PM_NODE_CHILDREN,
+                   children_of(i, b->count[level - 1]));
 }
 
 static void store_first_codes(pm_photon_map *map)
@@ -192,16 +201,39 @@ static size_t count_levels(struct build *b)
 {
     pm_photon_map *map = b->map;
     size_t count = map->block_count, nodes = 0;
-    b->count[0] = count;
     do {
         assert(map->levels < PM_NODE_LEVELS);
         count = (count + PM_NODE_CHILDREN - 1) / PM_NODE_CHILDREN;
-        map->level_start[map->levels++] = nodes;
         b->count[map->levels] = count;
+        map->level_start[map->levels++] = nodes;
         nodes += count;
         map->level_start[map->levels] = nodes;
     } while (count > 1);
     return nodes;
+}
+
+enum { CODES = 1 << 16, CODE_PIECES = 64, WORTH_A_TABLE = 1 << 18 };
+
+static void fill_contents(void *context, size_t piece, unsigned thread)
+{
+    (void)thread;
+    uint32_t *contents = context;
+    const struct build none = {0};
+    for (size_t code = piece * CODES / CODE_PIECES; code < (piece + 1) * CODES / CODE_PIECES;
+         code++)
+        contents[code] = content_of_code(&none, (uint16_t)code);
+}
+
+static pm_status alloc_build(struct build *b)
+{
+    pm_photon_map *map = b->map;
+    map->node_count = count_levels(b);
+    map->nodes = malloc(map->node_count * sizeof *map->nodes);
+    map->first_code = malloc(map->level_start[1] * sizeof *map->first_code);
+    b->group[0] = malloc(map->node_count * sizeof *b->group[0]);
+    if (map->count >= WORTH_A_TABLE)
+        b->contents = malloc(CODES * sizeof *b->contents);
+    return map->nodes && map->first_code && b->group[0] ? PM_OK : PM_E_MEMORY;
 }
 
 pm_status pm_nodes_build(pm_photon_map *map, pm_pool *pool, pm_error *err)
@@ -209,22 +241,20 @@ pm_status pm_nodes_build(pm_photon_map *map, pm_pool *pool, pm_error *err)
     if (!map->count)
         return PM_OK;
     struct build b = {.map = map};
-    map->node_count = count_levels(&b);
-    map->nodes = malloc(map->node_count * sizeof *map->nodes);
-    map->first_code = malloc(map->level_start[1] * sizeof *map->first_code);
-    b.group[0] = malloc((map->block_count + map->node_count) * sizeof *b.group[0]);
-    if (!map->nodes || !map->first_code || !b.group[0]) {
-        free(b.group[0]);
-        return pm_error_set(err, PM_E_MEMORY, "no memory for the tree over %zu photons",
-                            map->count);
-    }
-    pm_photons_run(pool, (map->block_count + PIECE - 1) / PIECE, measure_piece, &b);
-    for (int l = 0; l < map->levels; l++) {
-        b.group[l + 1] = b.group[l] + b.count[l];
-        measure_level(&b, l);
+    pm_status st = alloc_build(&b);
+    if (st)
+        pm_error_set(err, st, "no memory for the tree over %zu photons", map->count);
+    if (!st && b.contents)
+        pm_photons_run(pool, CODE_PIECES, fill_contents, b.contents);
+    if (!st)
+        pm_photons_run(pool, (b.count[0] + PIECE - 1) / PIECE, store_piece, &b);
+    for (int l = 1; l < map->levels && !st; l++) {
+        b.group[l] = b.group[l - 1] + b.count[l - 1];
         store_level(&b, l);
     }
-    store_first_codes(map);
+    if (!st)
+        store_first_codes(map);
     free(b.group[0]);
-    return PM_OK;
+    free(b.contents);
+    return st;
 }

@@ -6,17 +6,6 @@
 
 #include "photons/map_internal.h"
 
-pm_photon *pm_photons_alloc(size_t count)
-{
-    size_t blocks = (count + PM_BLOCK_SIZE - 1) / PM_BLOCK_SIZE;
-    if (!blocks)
-        blocks = 1;
-    pm_photon *photons = aligned_alloc(64, blocks * sizeof(pm_photon_block));
-    if (photons)
-        memset(photons + count, 0, (blocks * PM_BLOCK_SIZE - count) * sizeof *photons);
-    return photons;
-}
-
 /* ---- photons to blocks, in place ---- */
 
 enum { PIECE = 1024 }; /* blocks */
@@ -64,28 +53,63 @@ void pm_photon_map_photon(const pm_photon_map *map, size_t i, pm_photon *out)
 
 /* ---- building ---- */
 
-static pm_rgb sum_flux(const pm_photon *photons, size_t count)
+enum { SUM_PIECE = 65536 };
+
+struct sum {
+    const pm_photon_list *list;
+    pm_rgb *pieces;
+};
+
+/* Summed piece by piece, so that the threads do not change it. */
+static void sum_piece(void *context, size_t piece, unsigned thread)
 {
+    (void)thread;
+    const struct sum *s = context;
+    size_t first = piece * SUM_PIECE, end = first + SUM_PIECE;
     pm_rgb sum = {0, 0, 0};
-    for (size_t i = 0; i < count; i++)
-        sum = pm_rgb_add(sum, pm_photon_flux(&photons[i]));
-    return sum;
+    for (size_t i = first; i < end && i < s->list->count; i++)
+        sum = pm_rgb_add(sum, pm_photon_flux(&s->list->photons[i]));
+    s->pieces[piece] = sum;
 }
 
-pm_status pm_photon_map_take(const pm_map_header *header, pm_photon *photons, size_t count,
-                             pm_pool *pool, pm_photon_map **out, pm_error *err)
+static pm_status sum_flux(const pm_photon_list *list, pm_pool *pool, pm_rgb *out)
+{
+    size_t pieces = list->count / SUM_PIECE + 1;
+    struct sum s = {list, calloc(pieces, sizeof *s.pieces)};
+    if (!s.pieces)
+        return PM_E_MEMORY;
+    pm_photons_run(pool, pieces, sum_piece, &s);
+    *out = (pm_rgb){0, 0, 0};
+    for (size_t i = 0; i < pieces; i++)
+        *out = pm_rgb_add(*out, s.pieces[i]);
+    free(s.pieces);
+    return PM_OK;
+}
+
+/* The list's memory becomes the blocks, the last one filled up with zeros. */
+static void make_all_blocks(pm_photon_map *map, pm_photon_list *list, pm_pool *pool)
+{
+    map->count = list->count;
+    map->block_count = (list->count + PM_BLOCK_SIZE - 1) / PM_BLOCK_SIZE;
+    if (list->count % PM_BLOCK_SIZE)
+        memset(list->photons + list->count, 0,
+               (map->block_count * PM_BLOCK_SIZE - list->count) * sizeof *list->photons);
+    map->blocks = (pm_photon_block *)(void *)list->photons;
+    *list = (pm_photon_list){0};
+    pm_photons_run(pool, (map->block_count + PIECE - 1) / PIECE, make_blocks, map);
+}
+
+pm_status pm_photon_map_wrap(const pm_map_header *header, pm_photon_list *list, pm_pool *pool,
+                             pm_photon_map **out, pm_error *err)
 {
     pm_photon_map *map = calloc(1, sizeof *map);
-    if (!map) {
-        free(photons);
+    if (!map || sum_flux(list, pool, &map->flux_sum)) {
+        free(map);
+        pm_photon_list_clear(list);
         return pm_error_set(err, PM_E_MEMORY, "no memory for a photon map");
     }
     map->header = *header;
-    map->count = count;
-    map->flux_sum = sum_flux(photons, count);
-    map->block_count = (count + PM_BLOCK_SIZE - 1) / PM_BLOCK_SIZE;
-    map->blocks = (pm_photon_block *)(void *)photons;
-    pm_photons_run(pool, (map->block_count + PIECE - 1) / PIECE, make_blocks, map);
+    make_all_blocks(map, list, pool);
     pm_status st = pm_nodes_build(map, pool, err);
     if (st) {
         pm_photon_map_free(map);
@@ -95,15 +119,29 @@ pm_status pm_photon_map_take(const pm_map_header *header, pm_photon *photons, si
     return PM_OK;
 }
 
+pm_status pm_photon_map_take(const pm_map_header *header, pm_photon_list *list, pm_pool *pool,
+                             pm_photon_map **out, pm_error *err)
+{
+    pm_photons_sort(list->photons, list->count, pool);
+    return pm_photon_map_wrap(header, list, pool, out, err);
+}
+
 pm_status pm_photon_map_build(const pm_map_header *header, const pm_batch *batches,
                               size_t count, pm_pool *pool, pm_photon_map **out, pm_error *err)
 {
-    pm_photon *photons;
-    size_t total;
-    for (size_t b = 0; b < count; b++)
+    pm_photon_list list = {0};
+    uint64_t total = 0;
+    for (size_t b = 0; b < count; b++) {
         assert(batches[b].kind == header->kind);
-    pm_status st = pm_photons_sort(batches, count, pool, &photons, &total, err);
-    return st ? st : pm_photon_map_take(header, photons, total, pool, out, err);
+        total += batches[b].count;
+    }
+    pm_status st = pm_photon_list_reserve(&list, total, err);
+    for (size_t b = 0; b < count && !st; b++)
+        st = pm_photon_list_append(&list, batches[b].photons, batches[b].count, err);
+    if (!st)
+        return pm_photon_map_take(header, &list, pool, out, err);
+    pm_photon_list_clear(&list);
+    return st;
 }
 
 void pm_photon_map_free(pm_photon_map *map)

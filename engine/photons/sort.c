@@ -1,51 +1,45 @@
+#include <immintrin.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "photons/map_internal.h"
 
-/* Photons in Morton order.
+/* Photons in Morton order, sorted where they lie, most significant digits first: each photon is
+ * carried to its digit's place, the one that lies there to its own, and so on. Source: McIlroy,
+ * Bostic and McIlroy, "Engineering radix sort", Computing Systems 6(1), 1993, sec. 3 (American
+ * flag sort).
  *
- * A radix sort over the upper 63 bits of the code moves small entries that point into the
- * batches; then the photons are fetched once, and the few that share those bits are sorted
- * among themselves. Pieces have a fixed size, so any number of threads gives the same bytes. */
+ * A digit is 2 or 3 bits of each coordinate; photons at one place are sorted further by their
+ * other bytes. The order is total, so any number of threads gives the same bytes. */
 
 enum {
-    PIECE = 65536,
-    DIGIT_BITS = 8,
-    DIGITS = 1 << DIGIT_BITS,
-    KEY_BITS = 63,
+    FEW = 48,           /* are sorted by whole codes */
+    MANY = 4096,        /* have digits of 3 bits a coordinate, fewer ones of 2 */
+    PLACE_BITS = 32,    /* of a coordinate */
+    DIGITS = 1 << 9,    /* most of a pass */
+    OTHER_DIGITS = 256, /* of the bytes behind the position */
+    SHARES = 32,        /* the threads sort parts of less than one in so many photons */
+    END = PLACE_BITS + sizeof(pm_photon) - sizeof((pm_photon){0}.position),
 };
 
-struct entry {
-    uint64_t key;
-    uint32_t batch, photon;
-};
-
-struct sort {
-    const pm_batch *batches;
-    size_t batch_count, total, pieces;
-    size_t *batch_start;
-    struct entry *from, *to;
-    uint32_t (*histogram)[DIGITS]; /* a piece; then where the piece puts its next entry */
-    int shift;
+/* Photons that agree in everything above `digit`: a bit of the coordinates, counted from the
+ * top, or PLACE_BITS and more: a byte. */
+struct range {
     pm_photon *photons;
+    size_t count;
+    unsigned digit;
 };
 
-/* The low 21 bits of v, two zeros between each and the next. */
-static uint64_t spread(uint64_t v)
-{
-    v &= 0x1FFFFF;
-    v = (v | v << 32) & 0x001F00000000FFFF;
-    v = (v | v << 16) & 0x001F0000FF0000FF;
-    v = (v | v << 8) & 0x100F00F00F00F00F;
-    v = (v | v << 4) & 0x10C30C30C30C30C3;
-    v = (v | v << 2) & 0x1249249249249249;
-    return v;
-}
+struct pass {
+    unsigned digits, next; /* how many; the digit after it */
+    size_t end[DIGITS];    /* where each digit's photons end */
+};
 
 uint64_t pm_photon_upper_code(const uint32_t p[3])
 {
-    return spread(p[0] >> 11) << 2 | spread(p[1] >> 11) << 1 | spread(p[2] >> 11);
+    const uint64_t every_third = 0x1249249249249249;
+    return _pdep_u64(p[0] >> 11, every_third << 2) | _pdep_u64(p[1] >> 11, every_third << 1) |
+           _pdep_u64(p[2] >> 11, every_third);
 }
 
 /* True if the highest bit of a lies below the highest bit of b (Chan 2002). */
@@ -81,148 +75,184 @@ void pm_photons_run(pm_pool *pool, size_t count, void (*work)(void *, size_t, un
             work(context, i, 0);
 }
 
-static void make_entries(void *context, size_t b, unsigned thread)
+/* ---- one pass over one range ---- */
+
+static const uint16_t spread_digit[8] = {0, 1, 8, 9, 64, 65, 72, 73};
+
+/* The bits of the coordinates from `digit` on; below their lowest bit come zeros. */
+static inline unsigned place_digit(const pm_photon *p, unsigned digit, unsigned mask)
 {
-    (void)thread;
-    struct sort *s = context;
-    struct entry *out = s->from + s->batch_start[b];
-    for (size_t i = 0; i < s->batches[b].count; i++)
-        out[i] = (struct entry){pm_photon_upper_code(s->batches[b].photons[i].position),
-                                (uint32_t)b, (uint32_t)i};
+    unsigned shift = PLACE_BITS + 1 - digit - (mask == 7 ? 3 : 2); /* of what is doubled */
+    const uint64_t x = (uint64_t)p->position[0] << 1, y = (uint64_t)p->position[1] << 1,
+                   z = (uint64_t)p->position[2] << 1;
+    return (unsigned)spread_digit[x >> shift & mask] << 2 |
+           (unsigned)spread_digit[y >> shift & mask] << 1 | spread_digit[z >> shift & mask];
 }
 
-static size_t piece_end(const struct sort *s, size_t piece)
+static inline unsigned byte_digit(const pm_photon *p, unsigned digit)
 {
-    size_t end = (piece + 1) * PIECE;
-    return end < s->total ? end : s->total;
+    return ((const uint8_t *)p)[sizeof p->position + digit - PLACE_BITS];
 }
 
-static void count_digits(void *context, size_t piece, unsigned thread)
+/* How a pass looks at a photon: three or two bits of each coordinate, or a byte. */
+enum look { BITS_3 = 7, BITS_2 = 3, BYTE = 0 };
+
+static inline unsigned digit_of(const pm_photon *p, unsigned digit, enum look look)
 {
-    (void)thread;
-    struct sort *s = context;
-    uint32_t *histogram = s->histogram[piece];
-    memset(histogram, 0, sizeof s->histogram[piece]);
-    for (size_t i = piece * PIECE; i < piece_end(s, piece); i++)
-        histogram[s->from[i].key >> s->shift & (DIGITS - 1)]++;
+    return look == BYTE ? byte_digit(p, digit) : place_digit(p, digit, look);
 }
 
-static void move_entries(void *context, size_t piece, unsigned thread)
+/* Where each digit's photons start. False if one digit has all, and nothing need move. */
+static inline bool find_places(const struct range *r, enum look look, struct pass *pass,
+                               size_t next[DIGITS])
 {
-    (void)thread;
-    struct sort *s = context;
-    uint32_t *next = s->histogram[piece];
-    for (size_t i = piece * PIECE; i < piece_end(s, piece); i++)
-        s->to[next[s->from[i].key >> s->shift & (DIGITS - 1)]++] = s->from[i];
-}
-
-/* Turns counts into places; false if all entries have the same digit and may stay. */
-static bool places(struct sort *s)
-{
-    uint32_t at = 0;
-    for (unsigned d = 0; d < DIGITS; d++) {
-        uint32_t before = at;
-        for (size_t piece = 0; piece < s->pieces; piece++) {
-            uint32_t here = s->histogram[piece][d];
-            s->histogram[piece][d] = at;
-            at += here;
-        }
-        if (at - before == s->total)
-            return false;
+    size_t count[DIGITS] = {0}, at = 0;
+    bool several = true;
+    for (size_t i = 0; i < r->count; i++)
+        count[digit_of(&r->photons[i], r->digit, look)]++;
+    for (unsigned d = 0; d < pass->digits; d++) {
+        next[d] = at;
+        pass->end[d] = at += count[d];
+        several = several && count[d] < r->count;
     }
+    return several;
+}
+
+static inline bool distribute(const struct range *r, enum look look, struct pass *pass)
+{
+    size_t next[DIGITS];
+    if (!find_places(r, look, pass, next))
+        return false;
+    for (unsigned d = 0; d < pass->digits; d++)
+        while (next[d] < pass->end[d]) {
+            pm_photon carried = r->photons[next[d]];
+            unsigned to;
+            while ((to = digit_of(&carried, r->digit, look)) != d) {
+                pm_photon *place = &r->photons[next[to]++], met = *place;
+                *place = carried;
+                carried = met;
+            }
+            r->photons[next[d]++] = carried;
+        }
     return true;
 }
 
-static void sort_entries(struct sort *s, pm_pool *pool)
+/* One function a look, so that the compiler knows it. */
+static bool run_pass(const struct range *r, struct pass *pass)
 {
-    for (s->shift = 0; s->shift < KEY_BITS; s->shift += DIGIT_BITS) {
-        pm_photons_run(pool, s->pieces, count_digits, s);
-        if (!places(s))
-            continue;
-        pm_photons_run(pool, s->pieces, move_entries, s);
-        struct entry *swap = s->from;
-        s->from = s->to;
-        s->to = swap;
+    if (r->digit >= PLACE_BITS) {
+        *pass = (struct pass){.digits = OTHER_DIGITS, .next = r->digit + 1};
+        return distribute(r, BYTE, pass);
     }
+    bool many = r->count > MANY;
+    pass->digits = many ? 512 : 64;
+    pass->next = r->digit + (many ? 3 : 2);
+    if (pass->next > PLACE_BITS)
+        pass->next = PLACE_BITS;
+    return many ? distribute(r, BITS_3, pass) : distribute(r, BITS_2, pass);
 }
 
-static void fetch_photons(void *context, size_t piece, unsigned thread)
+/* ---- few photons ---- */
+
+/* Codes are compared, and where they agree whole photons. */
+static void sort_few(pm_photon *photons, size_t count)
+{
+    uint64_t code[FEW];
+    uint8_t from[FEW];
+    pm_photon copy[FEW];
+    memcpy(copy, photons, count * sizeof *photons);
+    for (size_t i = 0; i < count; i++) {
+        uint64_t own = pm_photon_upper_code(copy[i].position);
+        size_t at = i;
+        while (at > 0 &&
+               (code[at - 1] > own ||
+                (code[at - 1] == own && pm_photon_order(&copy[from[at - 1]], &copy[i]) > 0))) {
+            code[at] = code[at - 1];
+            from[at] = from[at - 1];
+            at--;
+        }
+        code[at] = own;
+        from[at] = (uint8_t)i;
+    }
+    for (size_t i = 0; i < count; i++)
+        photons[i] = copy[from[i]];
+}
+
+/* ---- ranges within ranges ---- */
+
+/* The photons of one digit, behind a pass. */
+static struct range part_of(const struct range *r, const struct pass *pass, unsigned d)
+{
+    size_t start = d ? pass->end[d - 1] : 0;
+    return (struct range){r->photons + start, pass->end[d] - start, pass->next};
+}
+
+/* At most 28 deep. */
+static void sort_range(struct range r)
+{
+    struct pass pass;
+    while (r.count > FEW && r.digit < END) {
+        if (run_pass(&r, &pass)) {
+            for (unsigned d = 0; d < pass.digits; d++)
+                sort_range(part_of(&r, &pass, d));
+            return;
+        }
+        r.digit = pass.next;
+    }
+    if (r.count > 1 && r.digit < END)
+        sort_few(r.photons, r.count);
+}
+
+/* Ranges that the threads share out. */
+struct tasks {
+    struct range *list;
+    size_t count, capacity;
+    size_t most; /* photons of a task */
+};
+
+static bool add_task(struct tasks *tasks, struct range r)
+{
+    if (tasks->count == tasks->capacity) {
+        size_t capacity = 2 * tasks->capacity + DIGITS;
+        struct range *list = realloc(tasks->list, capacity * sizeof *list);
+        if (!list)
+            return false;
+        tasks->list = list;
+        tasks->capacity = capacity;
+    }
+    tasks->list[tasks->count++] = r;
+    return true;
+}
+
+static void split(struct tasks *tasks, struct range r)
+{
+    struct pass pass;
+    for (; r.count > tasks->most && r.digit < END; r.digit = pass.next)
+        if (run_pass(&r, &pass)) {
+            for (unsigned d = 0; d < pass.digits; d++)
+                split(tasks, part_of(&r, &pass, d));
+            return;
+        }
+    if (r.count > 1 && r.digit < END && !add_task(tasks, r))
+        sort_range(r);
+}
+
+static void run_task(void *context, size_t i, unsigned thread)
 {
     (void)thread;
-    struct sort *s = context;
-    for (size_t i = piece * PIECE; i < piece_end(s, piece); i++)
-        s->photons[i] = s->batches[s->from[i].batch].photons[s->from[i].photon];
+    const struct tasks *tasks = context;
+    sort_range(tasks->list[i]);
 }
 
-/* Sorts the runs of equal keys that start in this piece. */
-static void sort_runs(void *context, size_t piece, unsigned thread)
+void pm_photons_sort(pm_photon *photons, size_t count, pm_pool *pool)
 {
-    (void)thread;
-    struct sort *s = context;
-    size_t i = piece * PIECE;
-    while (i && i < s->total && s->from[i].key == s->from[i - 1].key)
-        i++;
-    while (i < piece_end(s, piece)) {
-        size_t end = i + 1;
-        while (end < s->total && s->from[end].key == s->from[i].key)
-            end++;
-        if (end - i > 1)
-            qsort(s->photons + i, end - i, sizeof *s->photons, pm_photon_order);
-        i = end;
+    struct tasks tasks = {.most = count / SHARES};
+    struct range all = {photons, count, 0};
+    if (!pool || pm_pool_threads(pool) < 2 || tasks.most < FEW) {
+        sort_range(all);
+        return;
     }
-}
-
-static pm_status sort_all(struct sort *s, pm_pool *pool)
-{
-    s->from = malloc((s->total + 1) * sizeof *s->from);
-    s->to = malloc((s->total + 1) * sizeof *s->to);
-    s->histogram = malloc((s->pieces + 1) * sizeof *s->histogram);
-    if (!s->from || !s->to || !s->histogram)
-        return PM_E_MEMORY;
-    pm_photons_run(pool, s->batch_count, make_entries, s);
-    sort_entries(s, pool);
-    free(s->to);
-    s->to = NULL;
-    s->photons = pm_photons_alloc(s->total);
-    if (!s->photons)
-        return PM_E_MEMORY;
-    pm_photons_run(pool, s->pieces, fetch_photons, s);
-    pm_photons_run(pool, s->pieces, sort_runs, s);
-    return PM_OK;
-}
-
-static pm_status count_photons(struct sort *s, pm_error *err)
-{
-    s->batch_start = malloc((s->batch_count + 1) * sizeof *s->batch_start);
-    if (!s->batch_start)
-        return PM_E_MEMORY;
-    for (size_t b = 0; b < s->batch_count; b++) {
-        s->batch_start[b] = s->total;
-        if (s->batches[b].count > PM_MAP_PHOTONS_MAX - s->total)
-            return pm_error_set(err, PM_E_LIMIT, "more than %u photons in one map",
-                                PM_MAP_PHOTONS_MAX);
-        s->total += s->batches[b].count;
-    }
-    s->pieces = (s->total + PIECE - 1) / PIECE;
-    return PM_OK;
-}
-
-pm_status pm_photons_sort(const pm_batch *batches, size_t count, pm_pool *pool, pm_photon **out,
-                          size_t *total, pm_error *err)
-{
-    struct sort s = {.batches = batches, .batch_count = count};
-    pm_status st = count_photons(&s, err);
-    if (!st)
-        st = sort_all(&s, pool);
-    free(s.batch_start);
-    free(s.from);
-    free(s.to);
-    free(s.histogram);
-    if (st == PM_E_MEMORY)
-        pm_error_set(err, st, "no memory to sort %zu photons", s.total);
-    if (st)
-        return st;
-    *out = s.photons;
-    *total = s.total;
-    return PM_OK;
+    split(&tasks, all);
+    pm_pool_run(pool, tasks.count, run_task, &tasks);
+    free(tasks.list);
 }

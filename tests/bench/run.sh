@@ -4,7 +4,7 @@
 set -eu
 cd "$(dirname "$0")/../.."
 build=${BUILD:-build/release}
-[ $# -gt 0 ] || set -- forward lookup render world language
+[ $# -gt 0 ] || set -- forward build lookup render world language
 [ -f "$build/build.ninja" ] || cmake --preset release >/dev/null
 for name in "$@"; do
     [ -f "tests/bench/bench_$name.c" ] || {

@@ -3,6 +3,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -87,6 +88,54 @@ static void photon_takes_at_most_25_bytes(void **state)
     free(photons);
 }
 
+/* A line of /proc/self/status, in bytes; 0 where there is none. */
+static double memory_line(const char *name)
+{
+    char line[256];
+    double kilobytes = 0;
+    FILE *file = fopen("/proc/self/status", "r");
+    while (file && fgets(line, sizeof line, file))
+        if (!strncmp(line, name, strlen(name)))
+            kilobytes = strtod(line + strlen(name) + 1, NULL);
+    if (file)
+        fclose(file);
+    return 1024 * kilobytes;
+}
+
+/* From here on VmHWM is the peak since now. */
+static bool forget_peak(void)
+{
+    FILE *file = fopen("/proc/self/clear_refs", "w");
+    if (!file)
+        return false;
+    bool written = fputs("5", file) >= 0;
+    return !fclose(file) && written;
+}
+
+static void building_takes_at_most_25_bytes_a_photon(void **state)
+{
+    (void)state;
+    enum { COUNT = 4000000, OTHER_BYTES = 1 << 20 }; /* stacks, code, what malloc keeps */
+#ifdef __SANITIZE_ADDRESS__
+    skip();
+#endif
+    pm_map_header header = {.paths = 1, .flux_scale = 1, .world_scale = 1};
+    pm_photon *photons = field_photons(field_room, 1, COUNT);
+    pm_photon_list list = {0};
+    pm_photon_map *map = NULL;
+    pm_pool *pool = pm_pool_new(2);
+    if (!forget_peak())
+        skip();
+    double before = memory_line("VmRSS:");
+    assert_int_equal(pm_photon_list_reserve(&list, COUNT, NULL), PM_OK);
+    assert_int_equal(pm_photon_list_append(&list, photons, COUNT, NULL), PM_OK);
+    assert_int_equal(pm_photon_map_take(&header, &list, pool, &map, NULL), PM_OK);
+    assert_true(memory_line("VmHWM:") - before <= 25. * COUNT + OTHER_BYTES);
+    pm_photon_map_free(map);
+    pm_pool_free(pool);
+    free(photons);
+}
+
 static void mean_flux_is_in_scene_units(void **state)
 {
     (void)state;
@@ -122,6 +171,7 @@ int main(void)
         cmocka_unit_test(map_bytes_do_not_depend_on_batches_or_threads),
         cmocka_unit_test(map_gives_back_each_photon_in_stored_order),
         cmocka_unit_test(photon_takes_at_most_25_bytes),
+        cmocka_unit_test(building_takes_at_most_25_bytes_a_photon),
         cmocka_unit_test(mean_flux_is_in_scene_units),
         cmocka_unit_test(empty_map_keeps_its_note),
     };
