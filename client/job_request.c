@@ -40,7 +40,9 @@ static bool put_view(pm_json *request, const pm_options *options)
 static bool put_map(pm_json *request, const pm_options *options, pm_map_kind kind,
                     const pm_attachments *attachments)
 {
-    const pm_map_option *map = &options->maps[kind];
+    const pm_map_option detected = {.gather = options->detected_gather,
+                                    .gather_max = options->detected_gather_max};
+    const pm_map_option *map = options->maps[kind].given ? &options->maps[kind] : &detected;
     if (!map->given && !attachments->has_map[kind])
         return true;
     pm_json *value = pm_json_pack("{}");
@@ -54,6 +56,11 @@ static bool put_map(pm_json *request, const pm_options *options, pm_map_kind kin
     }
     if (map->gather)
         made = made && pm_json_put(value, "gather", pm_json_pack("i", (int)map->gather));
+    if (map->gather_max)
+        made =
+            made && pm_json_put(value, "gather_max", pm_json_pack("i", (int)map->gather_max));
+    if (map->gather_max && options->bandwidth)
+        made = made && pm_json_put(value, "bandwidth", pm_json_pack("s", options->bandwidth));
     if (!made) {
         pm_json_free(value);
         return false;

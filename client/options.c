@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "photons/photon_map.h"
+#include "photons/bias.h"
 #include "refusals.h"
 
 enum {
@@ -164,21 +164,30 @@ static pm_map_kind kind_of(const char *option)
     return option[3] == 'c' ? PM_MAP_CAUSTIC : option[3] == 'v' ? PM_MAP_VOLUME : PM_MAP_GLOBAL;
 }
 
-/* A gather count may follow; a second one would ask for bias compensation. */
-static pm_status take_gather(struct words *words, uint32_t *gather)
+/* A gather count may follow; and a second one, which asks for bias compensation. */
+static pm_status take_gather(struct words *words, uint32_t *least, uint32_t *most)
 {
     if (!next_is_count(words))
         return PM_OK;
-    pm_status st = take_u32(words, "photons an estimate", 1, PM_GATHER_MAX, gather);
+    pm_status st = take_u32(words, "photons an estimate", 1, PM_GATHER_MAX, least);
     if (!st && next_is_count(words))
-        return pm_error_set(words->err, PM_E_UNSUPPORTED,
-                            "%s: a second number (%s) asks for bias compensation, which is not "
-                            "offered yet; give one number of photons",
-                            words->option, words->argv[words->at]);
+        st = take_u32(words, "the most photons an estimate", *least + 1, PM_GATHER_MAX, most);
     return st;
 }
 
-/* -apg N [K] | mkpmap -apg FILE N | rpict -apg FILE [K] */
+/* -apcb: both are asked for. */
+static pm_status require_range(const struct words *words, const pm_map_option *map)
+{
+    if (words->option[4] != 'b' || map->gather_max)
+        return PM_OK;
+    return pm_error_set(
+        words->err, PM_E_MISSING,
+        "%s: the fewest and the most photons an estimate are missing behind the "
+        "file, e.g. 50 500",
+        words->option);
+}
+
+/* -apg N [K [K2]] | mkpmap -apg FILE N | rpict -apg FILE [K [K2]] | rpict -apgb FILE K K2 */
 static pm_status take_map(struct words *words)
 {
     pm_verb verb = words->out->verb;
@@ -190,14 +199,28 @@ static pm_status take_map(struct words *words)
     if (!st && (verb & (RENDERING | PM_VERB_MKPMAP)))
         st = take_count(words, "a number of photons", 1, 1000000000, &map->count);
     if (!st && verb != PM_VERB_MKPMAP)
-        st = take_gather(words, &map->gather);
-    return st;
+        st = take_gather(words, &map->gather, &map->gather_max);
+    return st ? st : require_range(words, map);
 }
 
 static pm_status take_detected_map(struct words *words)
 {
     pm_status st = take_text(words, "a file", &words->out->detected_map);
-    return st ? st : take_gather(words, &words->out->detected_gather);
+    return st ? st
+              : take_gather(words, &words->out->detected_gather,
+                            &words->out->detected_gather_max);
+}
+
+static pm_status take_bandwidth(struct words *words)
+{
+    const char *text = NULL;
+    pm_status st = take_text(words, "bias or chi2", &text);
+    if (st)
+        return st;
+    for (int b = 0; b < PM_BANDWIDTHS; b++)
+        if (!strcmp(text, pm_bandwidth_name((pm_bandwidth)b)))
+            words->out->bandwidth = text;
+    return words->out->bandwidth ? PM_OK : bad(words, text, "bias or chi2");
 }
 
 static pm_status take_bounces(struct words *words)
@@ -456,19 +479,28 @@ static pm_status confirm(struct words *words)
 }
 
 static const struct option options[] = {
-    {"-apg", RENDERING, "N [K]", "global map of about N photons, K an estimate (40)",
+    {"-apg", RENDERING, "N [K [K2]]",
+     "global map of about N photons, K an estimate (40); K2: up to so many, see --bandwidth",
      TAKE(take_map)},
-    {"-apc", RENDERING, "N [K]", "caustic map, likewise", TAKE(take_map)},
-    {"-apv", RENDERING, "N [K]", "volume map, likewise", TAKE(take_map)},
+    {"-apc", RENDERING, "N [K [K2]]", "caustic map, likewise", TAKE(take_map)},
+    {"-apv", RENDERING, "N [K [K2]]", "volume map, likewise", TAKE(take_map)},
     {"-apg", PM_VERB_MKPMAP, "FILE N", "write a global map of about N photons", TAKE(take_map)},
     {"-apc", PM_VERB_MKPMAP, "FILE N", "write a caustic map", TAKE(take_map)},
     {"-apv", PM_VERB_MKPMAP, "FILE N", "write a volume map", TAKE(take_map)},
-    {"-apg", RADIANCE, "FILE [K]", "global map from a file, K photons an estimate (40)",
+    {"-apg", RADIANCE, "FILE [K [K2]]",
+     "global map from a file, K photons an estimate (40); K2: up to so many, see --bandwidth",
      TAKE(take_map)},
-    {"-apc", RADIANCE, "FILE [K]", "caustic map from a file", TAKE(take_map)},
-    {"-apv", RADIANCE, "FILE [K]", "volume map from a file", TAKE(take_map)},
-    {"-ap", RADIANCE, "FILE [K]", "a map from a file, of whatever kind it is",
+    {"-apc", RADIANCE, "FILE [K [K2]]", "caustic map from a file", TAKE(take_map)},
+    {"-apv", RADIANCE, "FILE [K [K2]]", "volume map from a file", TAKE(take_map)},
+    {"-ap", RADIANCE, "FILE [K [K2]]", "a map from a file, of whatever kind it is",
      TAKE(take_detected_map)},
+    {"-apgb", RADIANCE, "FILE K K2", "the same as -apg FILE K K2", TAKE(take_map)},
+    {"-apcb", RADIANCE, "FILE K K2", "the same as -apc FILE K K2", TAKE(take_map)},
+    {"-apvb", RADIANCE, "FILE K K2", "the same as -apv FILE K K2", TAKE(take_map)},
+    {"--bandwidth", LOOKING, "RULE",
+     "how K to K2 photons are chosen: bias (compensation; the default) or chi2 (while evenly "
+     "spread)",
+     TAKE(take_bandwidth)},
     {"-ab", LOOKING, "N",
      "> 0: final gather into the global map; < 0: that map itself; 0: caustics alone",
      TAKE(take_bounces)},
@@ -635,6 +667,14 @@ static bool is_option(const char *word)
     return word[0] == '-' && word[1];
 }
 
+static bool has_range(const pm_options *said)
+{
+    bool any = said->detected_gather_max;
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        any = any || said->maps[kind].gather_max;
+    return any;
+}
+
 pm_status pm_options_parse(pm_verb verb, int argc, char **argv, pm_options *out, pm_error *err)
 {
     pm_options result = {.verb = verb,
@@ -653,6 +693,11 @@ pm_status pm_options_parse(pm_verb verb, int argc, char **argv, pm_options *out,
         if (st)
             return st;
     }
+    if (result.bandwidth && !has_range(&result))
+        return pm_error_set(
+            err, PM_E_MISSING,
+            "--bandwidth: there is nothing to choose: give a map two numbers of "
+            "photons an estimate, e.g. 50 500");
     if (result.server && !*result.server)
         result.server = NULL;
     *out = result;

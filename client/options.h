@@ -51,9 +51,10 @@ enum { PM_OPERANDS_MAX = 255, PM_OUTPUTS_MAX = 8, PM_ALLOWED_MAX = 16 };
 /* What was said about one kind of map. */
 typedef struct pm_map_option {
     bool given;
-    uint64_t count;   /* render, trace, mkpmap: photons wanted */
-    uint32_t gather;  /* photons an estimate; 0 = the server's default */
-    const char *file; /* rpict, rtrace: read; mkpmap: written */
+    uint64_t count;      /* render, trace, mkpmap: photons wanted */
+    uint32_t gather;     /* photons an estimate; 0 = the server's default */
+    uint32_t gather_max; /* 0: as many as gather */
+    const char *file;    /* rpict, rtrace: read; mkpmap: written */
 } pm_map_option;
 
 typedef struct pm_options {
@@ -69,8 +70,9 @@ typedef struct pm_options {
 
     pm_map_option maps[PM_MAP_KINDS];
     const char *detected_map; /* -ap FILE: its kind is read from the file */
-    uint32_t detected_gather;
-    int ambient_bounces; /* -ab */
+    uint32_t detected_gather, detected_gather_max;
+    const char *bandwidth; /* how to choose between the two; NULL: the server's default */
+    int ambient_bounces;   /* -ab */
     pm_view view;
     uint32_t x, y;
     double pixel_aspect; /* -pa; 0: x by y as given */

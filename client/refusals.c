@@ -44,9 +44,6 @@ static const struct {
     unsigned verbs;
     const char *name, *tail, *reason;
 } refused[] = {
-    {LOOKING, "-apcb", "", "bias compensation is not offered yet; use -apc FILE K"},
-    {LOOKING, "-apgb", "", "bias compensation is not offered yet; use -apg FILE K"},
-    {LOOKING, "-apvb", "", "bias compensation is not offered yet; use -apv FILE K"},
     {WORKING, "-app", "", not_yet_precomputed},
     {PM_VERB_MKPMAP, "-apf", "", not_yet_precomputed},
     {PM_VERB_MKPMAP, "-apP", "", not_yet_precomputed},

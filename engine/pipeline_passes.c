@@ -138,6 +138,8 @@ static pm_status nearest_pass(pm_run *run, pm_accumulation *accumulation, uint32
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
         seen.map[kind] = maps[kind];
         seen.gather_count[kind] = run->answer->plan.pass[kind].gather_count;
+        seen.gather_max[kind] = run->answer->plan.pass[kind].gather_max;
+        seen.bandwidth[kind] = run->answer->plan.pass[kind].bandwidth;
     }
     return pm_backward_pass(accumulation, pass, &seen, run->pool, pm_run_cancelled, run,
                             run->err);

@@ -46,11 +46,12 @@ static pm_json *plan_json(const pm_plan *plan)
     bool made = list;
     for (int kind = 0; kind < PM_MAP_KINDS && made; kind++) {
         const pm_plan_pass *pass = &plan->pass[kind];
-        made = pm_json_append(list, pm_json_pack("{s:s, s:b, s:I, s:i, s:s}", "pass",
-                                                 pm_map_kind_name((pm_map_kind)kind), "needed",
-                                                 pass->needed, "count", (long long)pass->count,
-                                                 "gather", (int)pass->gather_count, "reason",
-                                                 pass->reason));
+        made =
+            pm_json_append(list, pm_json_pack("{s:s, s:b, s:I, s:i, s:i, s:s}", "pass",
+                                              pm_map_kind_name((pm_map_kind)kind), "needed",
+                                              pass->needed, "count", (long long)pass->count,
+                                              "gather", (int)pass->gather_count, "gather_max",
+                                              (int)pass->gather_max, "reason", pass->reason));
     }
     if (made)
         return list;

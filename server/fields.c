@@ -12,6 +12,7 @@
 
 static const char *const kinds[] = {"map", "render", "trace", NULL};
 static const char *const quantities[] = {"irradiance", "radiance", NULL};
+static const char *const bandwidths[] = {"bias", "chi2", NULL};
 static const char *const formats[] = {"exr", "hdr", "png", NULL};
 
 #define SCENE_TEXT_MAX (1 << 20)
@@ -34,6 +35,21 @@ const pm_field pm_fields_map[] = {
      .unit = "photons",
      .otherwise = "40",
      .doc = "Photons that an estimate gathers."},
+    {.name = "gather_max",
+     .type = PM_FIELD_INTEGER,
+     .low = 2,
+     .high = PM_GATHER_MAX,
+     .unit = "photons",
+     .doc =
+         "Greater than gather: an estimate gathers from gather to so many photons, many where "
+         "light is even, few where it changes."},
+    {.name = "bandwidth",
+     .type = PM_FIELD_CHOICE,
+     .unit = "",
+     .otherwise = "\"bias\"",
+     .doc = "How an estimate chooses between gather and gather_max. bias: bias compensation; "
+            "chi2: as many as lie evenly about the point by a chi-squared test.",
+     .choices = bandwidths},
     {.name = "map",
      .type = PM_FIELD_DIGEST,
      .unit = "",

@@ -29,6 +29,26 @@ static int64_t integer(const pm_json *json, const char *name)
 
 /* ---- maps ---- */
 
+static pm_status read_bandwidth(const pm_json *map, const char *name, pm_map_wanted *wanted,
+                                pm_error *err)
+{
+    const char *bandwidth = pm_json_get_text(map, "bandwidth", NULL);
+    const pm_field *gather = pm_field_find(pm_fields_map, "gather");
+    uint32_t least = wanted->gather_count ? wanted->gather_count
+                                          : (uint32_t)strtoul(gather->otherwise, NULL, 10);
+    wanted->gather_max = (uint32_t)pm_json_get_integer(map, "gather_max", 0);
+    if (wanted->gather_max && wanted->gather_max <= least)
+        return refuse(err, name,
+                      "has a \"gather_max\" that is not greater than \"gather\" (40 if it is "
+                      "not said)");
+    if (bandwidth && !wanted->gather_max)
+        return refuse(err, name,
+                      "has \"bandwidth\", which has no meaning without \"gather_max\"");
+    while (bandwidth && strcmp(bandwidth, pm_bandwidth_name(wanted->bandwidth)) != 0)
+        wanted->bandwidth++;
+    return PM_OK;
+}
+
 static pm_status read_map(pm_map_kind kind, pm_request *out, pm_error *err)
 {
     const char *name = pm_map_kind_name(kind);
@@ -45,6 +65,9 @@ static pm_status read_map(pm_map_kind kind, pm_request *out, pm_error *err)
     wanted->wanted = true;
     wanted->count = (uint64_t)count;
     wanted->gather_count = (uint32_t)pm_json_get_integer(map, "gather", 0);
+    pm_status st = read_bandwidth(map, name, wanted, err);
+    if (st)
+        return st;
     if (file)
         out->has_map_file[kind] = pm_digest_parse(file, &out->map_file[kind]);
     return PM_OK;
@@ -158,9 +181,11 @@ static pm_status check_meanings(const pm_request *request, pm_error *err)
             return refuse(err, meanings[i].member, "has no meaning in a job of this kind");
     if (request->job.kind == PM_JOB_MAP)
         for (int kind = 0; kind < PM_MAP_KINDS; kind++)
-            if (request->job.wanted.maps[kind].gather_count)
+            if (request->job.wanted.maps[kind].gather_count ||
+                request->job.wanted.maps[kind].gather_max)
                 return refuse(err, pm_map_kind_name((pm_map_kind)kind),
-                              "has \"gather\", which has no meaning in a job of kind map");
+                              "has \"gather\" or \"gather_max\", which have no meaning in a "
+                              "job of kind map");
     return PM_OK;
 }
 

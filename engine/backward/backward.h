@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/pool.h"
 #include "image/image.h"
+#include "photons/bias.h"
 #include "photons/photon_map.h"
 #include "world/world.h"
 
@@ -25,12 +26,14 @@
 typedef struct pm_backward_maps {
     const pm_photon_map *map[PM_MAP_KINDS];
     uint32_t gather_count[PM_MAP_KINDS]; /* N-nearest, if radius is 0 */
-    double radius[PM_MAP_KINDS];         /* fixed radius [world units], if > 0. Progressive
-                                            passes: the global map serves both, its specular
-                                            photons with the radius of PM_MAP_CAUSTIC; 0 = not
-                                            known yet: that of the other, or 2^-4 */
-    bool progressive;                    /* the maps are those of one progressive pass */
-    int ambient_bounces;                 /* -ab; see the table in plan/plan.h */
+    uint32_t gather_max[PM_MAP_KINDS];   /* > gather_count: N to so many, as bandwidth says */
+    pm_bandwidth bandwidth[PM_MAP_KINDS];
+    double radius[PM_MAP_KINDS]; /* fixed radius [world units], if > 0. Progressive
+                                    passes: the global map serves both, its specular
+                                    photons with the radius of PM_MAP_CAUSTIC; 0 = not
+                                    known yet: that of the other, or 2^-4 */
+    bool progressive;            /* the maps are those of one progressive pass */
+    int ambient_bounces;         /* -ab; see the table in plan/plan.h */
 } pm_backward_maps;
 
 typedef struct pm_sensor {

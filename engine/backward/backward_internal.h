@@ -57,6 +57,7 @@ struct pm_lookup {
     const pm_photon_map *map;
     double radius; /* > 0, or the nearest: */
     uint32_t gather_count;
+    pm_gather_range range; /* most > 0: its number of photons instead */
     pm_photon_filter filter;
 };
 

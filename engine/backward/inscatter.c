@@ -61,6 +61,8 @@ static pm_estimate ask_part(const struct pm_lookup *lookup, pm_vec3 point, pm_ve
 {
     if (lookup->radius > 0)
         return pm_photon_map_volume_within(lookup->map, point, direction, g, lookup->radius);
+    if (lookup->range.most)
+        return pm_photon_map_volume_adapted(lookup->map, point, direction, g, &lookup->range);
     return pm_photon_map_volume(lookup->map, point, direction, g, lookup->gather_count,
                                 INFINITY);
 }

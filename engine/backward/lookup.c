@@ -11,8 +11,10 @@ static bool is_valid(const pm_backward_maps *maps, pm_map_kind kind)
     uint32_t count = maps->gather_count[kind];
     if (!maps->map[kind] || !pm_photon_map_count(maps->map[kind]))
         return true;
+    uint32_t most = maps->gather_max[kind];
     if (radius == 0)
-        return maps->progressive || (count > 0 && count <= PM_GATHER_MAX);
+        return maps->progressive || (count > 0 && count <= PM_GATHER_MAX &&
+                                     (!most || (most > count && most <= PM_GATHER_MAX)));
     return radius > 0 && isfinite(radius);
 }
 
@@ -28,10 +30,12 @@ static double radius_of(const pm_backward_maps *maps, pm_map_kind kind)
 static struct pm_lookup make_lookup(const pm_backward_maps *maps, pm_map_kind held,
                                     pm_map_kind kind, pm_photon_filter filter)
 {
-    return (struct pm_lookup){.map = maps->map[held],
-                              .radius = radius_of(maps, kind),
-                              .gather_count = maps->gather_count[kind],
-                              .filter = filter};
+    return (struct pm_lookup){
+        .map = maps->map[held],
+        .radius = radius_of(maps, kind),
+        .gather_count = maps->gather_count[kind],
+        .range = {maps->gather_count[kind], maps->gather_max[kind], maps->bandwidth[kind]},
+        .filter = filter};
 }
 
 static bool is_asked(const struct pm_lookup *lookup)
@@ -109,6 +113,9 @@ static pm_estimate ask(const struct pm_lookup *lookup, pm_vec3 point, pm_vec3 no
     if (lookup->radius > 0)
         return pm_photon_map_within(lookup->map, point, normal, lookup->radius, lookup->filter,
                                     weight);
+    if (lookup->range.most)
+        return pm_photon_map_adapted(lookup->map, point, normal, &lookup->range, lookup->filter,
+                                     weight);
     return pm_photon_map_nearest(lookup->map, point, normal, lookup->gather_count, INFINITY,
                                  lookup->filter, weight);
 }

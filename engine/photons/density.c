@@ -2,7 +2,7 @@
 #include <math.h>
 
 #include "base/maths.h"
-#include "photons/search.h"
+#include "photons/density.h"
 #include "world/media.h"
 
 /* Density estimates from the photons that a search finds. */
@@ -39,7 +39,8 @@ static pm_estimate estimate(const pm_photon_map *map, const pm_flux_sum *sums, d
     };
 }
 
-static pm_estimate over_disc(const pm_photon_map *map, const pm_flux_sum *sums, double radius)
+pm_estimate pm_density_over_disc(const pm_photon_map *map, const pm_flux_sum *sums,
+                                 double radius)
 {
     if (!sums->count)
         return (pm_estimate){.count = 0};
@@ -47,7 +48,8 @@ static pm_estimate over_disc(const pm_photon_map *map, const pm_flux_sum *sums, 
     return estimate(map, sums, radius, PM_PI * radius * radius);
 }
 
-static pm_estimate over_ball(const pm_photon_map *map, const pm_flux_sum *sums, double radius)
+pm_estimate pm_density_over_ball(const pm_photon_map *map, const pm_flux_sum *sums,
+                                 double radius)
 {
     if (!sums->count)
         return (pm_estimate){.count = 0};
@@ -55,10 +57,8 @@ static pm_estimate over_ball(const pm_photon_map *map, const pm_flux_sum *sums, 
     return estimate(map, sums, radius, 4.0 / 3 * PM_PI * radius * radius * radius);
 }
 
-/* Finds what an estimate from the nearest sums, and returns the radius that holds it: of one
- * photon more than is summed, or max_radius if there are not so many. */
-static double find_nearest(pm_search *search, uint32_t gather_count, double max_radius,
-                           pm_candidates *found)
+double pm_density_find(pm_search *search, uint32_t gather_count, double max_radius,
+                       pm_candidates *found)
 {
     assert(gather_count >= 1 && gather_count <= PM_GATHER_MAX && max_radius > 0);
     search->bound = squared_bound(max_radius);
@@ -76,10 +76,10 @@ pm_estimate pm_photon_map_nearest(const pm_photon_map *map, pm_vec3 point, pm_ve
 {
     pm_search search = pm_search_surface(map, point, normal, filter);
     pm_candidates found;
-    double radius = find_nearest(&search, gather_count, max_radius, &found);
+    double radius = pm_density_find(&search, gather_count, max_radius, &found);
     pm_flux_sum sums = weight ? pm_candidates_sum_weighted(map, &found, weight)
                               : pm_candidates_sum(map, &found);
-    return over_disc(map, &sums, radius);
+    return pm_density_over_disc(map, &sums, radius);
 }
 
 pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
@@ -91,7 +91,7 @@ pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec
     search.bound = squared_bound(radius);
     pm_flux_sum sums =
         weight ? pm_search_sum_weighted(&search, weight) : pm_search_sum(&search);
-    return over_disc(map, &sums, radius);
+    return pm_density_over_disc(map, &sums, radius);
 }
 
 bool pm_photon_map_closest(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
@@ -107,15 +107,9 @@ bool pm_photon_map_closest(const pm_photon_map *map, pm_vec3 point, pm_vec3 norm
     return found.count != 0;
 }
 
-/* Light that goes on towards `direction`. */
-struct phase {
-    pm_vec3 direction;
-    double g;
-};
-
-static pm_rgb phase_of(const void *context, pm_vec3 wi)
+pm_rgb pm_density_phase(const void *context, pm_vec3 wi)
 {
-    const struct phase *phase = context;
+    const pm_phase_towards *phase = context;
     /* the photon came from wi, so it was going the other way */
     return pm_rgb_grey(pm_phase(phase->g, -pm_vec3_dot(wi, phase->direction)));
 }
@@ -125,11 +119,11 @@ pm_estimate pm_photon_map_volume(const pm_photon_map *map, pm_vec3 point, pm_vec
 {
     pm_search search = pm_search_volume(map, point);
     pm_candidates found;
-    double radius = find_nearest(&search, gather_count, max_radius, &found);
-    const struct phase phase = {direction, g};
+    double radius = pm_density_find(&search, gather_count, max_radius, &found);
+    const pm_phase_towards phase = {direction, g};
     pm_flux_sum sums =
-        pm_candidates_sum_weighted(map, &found, &(pm_photon_weight){phase_of, &phase});
-    return over_ball(map, &sums, radius);
+        pm_candidates_sum_weighted(map, &found, &(pm_photon_weight){pm_density_phase, &phase});
+    return pm_density_over_ball(map, &sums, radius);
 }
 
 pm_estimate pm_photon_map_volume_within(const pm_photon_map *map, pm_vec3 point,
@@ -138,7 +132,8 @@ pm_estimate pm_photon_map_volume_within(const pm_photon_map *map, pm_vec3 point,
     assert(radius > 0 && isfinite(radius));
     pm_search search = pm_search_volume(map, point);
     search.bound = squared_bound(radius);
-    const struct phase phase = {direction, g};
-    pm_flux_sum sums = pm_search_sum_weighted(&search, &(pm_photon_weight){phase_of, &phase});
-    return over_ball(map, &sums, radius);
+    const pm_phase_towards phase = {direction, g};
+    pm_flux_sum sums =
+        pm_search_sum_weighted(&search, &(pm_photon_weight){pm_density_phase, &phase});
+    return pm_density_over_ball(map, &sums, radius);
 }

@@ -5,7 +5,6 @@
 #include <stdio.h>
 
 #include "base/rgb.h"
-#include "photons/photon_map.h" /* PM_GATHER_MAX */
 
 enum { DEFAULT_GATHER = 40 };
 #define MAX_PHOTONS UINT64_C(2000000000) /* 48 GB */
@@ -20,6 +19,11 @@ __attribute__((format(printf, 3, 4))) static void decide(pm_plan_pass *pass, boo
     va_end(args);
 }
 
+static uint32_t gather_of(const pm_map_wanted *map)
+{
+    return map->gather_count ? map->gather_count : DEFAULT_GATHER;
+}
+
 static pm_status check_wanted(const pm_wanted *wanted, int kind, pm_error *err)
 {
     const pm_map_wanted *map = &wanted->maps[kind];
@@ -30,10 +34,16 @@ static pm_status check_wanted(const pm_wanted *wanted, int kind, pm_error *err)
         return pm_error_set(err, PM_E_RANGE,
                             "a %s map of %" PRIu64 " photons; it can have 1 to %" PRIu64, name,
                             map->count, MAX_PHOTONS);
-    if (map->gather_count > PM_GATHER_MAX)
+    if (map->gather_count > PM_GATHER_MAX || map->gather_max > PM_GATHER_MAX)
+        return pm_error_set(
+            err, PM_E_RANGE, "%" PRIu32 " photons an estimate of the %s map; at most %d",
+            map->gather_count > PM_GATHER_MAX ? map->gather_count : map->gather_max, name,
+            PM_GATHER_MAX);
+    if (map->gather_max && map->gather_max <= gather_of(map))
         return pm_error_set(err, PM_E_RANGE,
-                            "%" PRIu32 " photons an estimate of the %s map; at most %d",
-                            map->gather_count, name, PM_GATHER_MAX);
+                            "%" PRIu32 " to %" PRIu32 " photons an estimate of the %s map; the "
+                            "second number must be the greater one",
+                            gather_of(map), map->gather_max, name);
     return PM_OK;
 }
 
@@ -124,9 +134,10 @@ pm_status pm_plan_make(const pm_world *world, const pm_wanted *wanted, pm_plan *
         decide_pass(&info, kind, pass);
         if (wanted->estimator != PM_NEAREST)
             continue;
-        uint32_t gather = wanted->maps[kind].gather_count;
         pass->count = wanted->maps[kind].count;
-        pass->gather_count = gather ? gather : DEFAULT_GATHER;
+        pass->gather_count = gather_of(&wanted->maps[kind]);
+        pass->gather_max = wanted->maps[kind].gather_max;
+        pass->bandwidth = wanted->maps[kind].bandwidth;
     }
     *out = plan;
     return PM_OK;

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "forward/photon.h"
+#include "photons/bias.h"
 #include "world/world.h"
 
 /* Which passes a scene needs, and why the others are left out.
@@ -39,6 +40,8 @@ typedef struct pm_map_wanted {
     bool from_file;        /* the user brings it: nothing is traced, `count` says nothing */
     uint64_t count;        /* photons */
     uint32_t gather_count; /* photons an estimate; 0 = 40 */
+    uint32_t gather_max;   /* > gather_count: that many or fewer, as bandwidth says; 0: fixed */
+    pm_bandwidth bandwidth;
 } pm_map_wanted;
 
 typedef struct pm_wanted {
@@ -50,7 +53,8 @@ typedef struct pm_wanted {
 typedef struct pm_plan_pass {
     bool needed;
     uint64_t count;
-    uint32_t gather_count;
+    uint32_t gather_count, gather_max;
+    pm_bandwidth bandwidth;
     char reason[160]; /* in words why it is made or left out */
 } pm_plan_pass;
 

@@ -51,6 +51,17 @@ head -c 10 box.hdr | grep -q '#?RADIANCE' || fail "rpict wrote no Radiance pictu
 grep -aq '^VIEW=' box.hdr || fail "the picture has no VIEW line"
 "$pm" rpict -ap box.gpm 50 -ab -1 $view box.rad >again.hdr || fail "rpict -ap"
 
+"$pm" rpict -apcb box.cpm 20 200 $view box.rad >bias.hdr || fail "rpict -apcb"
+"$pm" rpict -ap box.cpm 20 200 $view box.rad >bias2.hdr || fail "rpict -ap K K2"
+"$pm" rpict -apc box.cpm 20 $view box.rad >fixed.hdr
+"$pm" rpict -apc box.cpm 20 200 --bandwidth chi2 $view box.rad >chi2.hdr
+body_of() {
+    sed '1,/^$/d' "$1" | cksum
+}
+[ "$(body_of bias.hdr)" = "$(body_of bias2.hdr)" ] || fail "-apcb and -ap K K2 differ"
+[ "$(body_of bias.hdr)" != "$(body_of fixed.hdr)" ] || fail "K2 changes nothing"
+[ "$(body_of bias.hdr)" != "$(body_of chi2.hdr)" ] || fail "--bandwidth changes nothing"
+
 expect 0 "cache: hit" "$pm" render box.rad $view -apg 5k 50 -apc 2k 50 -o a.exr
 expect 0 "cache: miss" "$pm" render box.rad $view -apr 3 -apg 5k 50 -o b.exr -o b.hdr -o b.png
 expect 0 "cache: hit" "$pm" render box.rad $view -apr 3 -apg 5k 50 -o c.exr

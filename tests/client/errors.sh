@@ -15,7 +15,7 @@ expect 2 "the scene is missing" "$pm" render
 expect 2 "-o is missing" "$pm" render box.rad
 expect 2 "must end in .exr, .hdr or .png" "$pm" render box.rad -o a.jpg
 expect 1 "missing.rad" "$pm" render missing.rad -o a.exr
-expect 2 "bias compensation" "$pm" rpict -apcb box.cpm 50 500 box.rad
+expect 2 "a whole number from 51" "$pm" rpict -apcb box.cpm 50 40 box.rad
 expect 2 "no map asked for" "$pm" mkpmap box.rad
 expect 3 "server at http://127.0.0.1:9" "$pm" --server http://127.0.0.1:9 job list
 expect 2 "view" "$pm" render box.rad -vd 0 0 1 -o a.exr

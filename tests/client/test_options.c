@@ -95,6 +95,10 @@ static void accepted_options_change_the_request(void **state)
         {PM_VERB_RPICT, "a.rad", "-apg f a.rad"},
         {PM_VERB_RPICT, "-apg f a.rad", "-apg g a.rad"},
         {PM_VERB_RPICT, "-apg f a.rad", "-apg f 50 a.rad"},
+        {PM_VERB_RPICT, "-apg f 50 a.rad", "-apg f 50 500 a.rad"},
+        {PM_VERB_RPICT, "-apc f 50 500 a.rad", "-apc f 50 500 --bandwidth chi2 a.rad"},
+        {PM_VERB_RPICT, "-apcb f 50 500 a.rad", "-apcb f 50 400 a.rad"},
+        {PM_VERB_RENDER, "a.rad -apc 10k 50", "a.rad -apc 10k 50 500"},
         {PM_VERB_RPICT, "a.rad", "-apc f 50 a.rad"},
         {PM_VERB_RPICT, "a.rad", "-apv f 50 a.rad"},
         {PM_VERB_RPICT, "a.rad", "-ab 1 a.rad"},
@@ -128,8 +132,10 @@ static void refused_options_say_why(void **state)
         pm_verb verb;
         const char *line, *text;
     } table[] = {
-        {PM_VERB_RPICT, "-apcb f 50 500 a.rad", "bias compensation"},
-        {PM_VERB_RPICT, "-apc f 50 500 a.rad", "bias compensation"},
+        {PM_VERB_RPICT, "-apcb f 50 a.rad", "the fewest and the most photons"},
+        {PM_VERB_RPICT, "-apc f 50 50 a.rad", "a whole number from 51"},
+        {PM_VERB_RPICT, "-apc f 50 --bandwidth chi2 a.rad", "nothing to choose"},
+        {PM_VERB_RPICT, "-apc f 50 500 --bandwidth wide a.rad", "bias or chi2"},
         {PM_VERB_MKPMAP, "-app f 10k 50 a.rad", "precomputed photons"},
         {PM_VERB_MKPMAP, "-apo window a.rad", "ports"},
         {PM_VERB_RPICT, "-ad 512 a.rad", "--passes"},
@@ -172,7 +178,7 @@ static void every_option_of_radiance_is_refused_with_a_reason(void **state)
         {PM_VERB_RPICT, "-vtl -vth -vtc -vta -vts -ps -pt -pj -pm -pd -dj -ds -dt -dc -dr"},
         {PM_VERB_RPICT, "-dp -dv -dv- -ss -st -bv -bv+ -bv- -av -aw -ar -aa -ad -as -af"},
         {PM_VERB_RPICT, "-ae -ai -aE -aI -am -ac -aC -me -ma -mg -ms -i -i+ -u -u- -lr"},
-        {PM_VERB_RPICT, "-lw -S -o -r -ro -z -P -PP -e -defaults -apcb -apd -app"},
+        {PM_VERB_RPICT, "-lw -S -o -r -ro -z -P -PP -e -defaults -apd -app"},
         {PM_VERB_RTRACE, "-f -ff -fda -fac -o -oW -ov~TmW -te -ti -tE -tI -i -u -x -y"},
         {PM_VERB_RTRACE, "-dj -ds -dt -dc -dr -dp -dv -ss -st -bv -av -aw -ar -aa -ad"},
         {PM_VERB_RTRACE, "-as -af -ae -ai -aE -aI -am -ac -aC -me -ma -mg -ms -lr -lw"},

@@ -79,7 +79,8 @@ static void naming_a_map_makes_a_job_of_nearest_photons(void **state)
 {
     (void)state;
     pm_request request;
-    assert_int_equal(parse(HEAD "\"render\", \"caustic\": {\"count\": 5000, \"gather\": 60}, "
+    assert_int_equal(parse(HEAD "\"render\", \"caustic\": {\"count\": 5000, \"gather\": 60, "
+                                "\"gather_max\": 600, \"bandwidth\": \"chi2\"}, "
                                 "\"global\": {\"map\": \"" ID "\"}, \"ab\": -1, \"seed\": 7}",
                            &request, NULL),
                      PM_OK);
@@ -88,6 +89,8 @@ static void naming_a_map_makes_a_job_of_nearest_photons(void **state)
     assert_true(wanted->maps[PM_MAP_CAUSTIC].wanted);
     assert_int_equal(wanted->maps[PM_MAP_CAUSTIC].count, 5000);
     assert_int_equal(wanted->maps[PM_MAP_CAUSTIC].gather_count, 60);
+    assert_int_equal(wanted->maps[PM_MAP_CAUSTIC].gather_max, 600);
+    assert_int_equal(wanted->maps[PM_MAP_CAUSTIC].bandwidth, PM_BANDWIDTH_CHI2);
     assert_true(request.has_map_file[PM_MAP_GLOBAL]);
     assert_false(request.has_map_file[PM_MAP_CAUSTIC]);
     assert_false(wanted->maps[PM_MAP_VOLUME].wanted);
@@ -102,6 +105,14 @@ static void contradictions_name_their_member(void **state)
     assert_refused(HEAD "\"map\"}", "kind");
     assert_refused(HEAD "\"map\", \"global\": {\"map\": \"" ID "\"}}", "global");
     assert_refused(HEAD "\"map\", \"global\": {\"count\": 5, \"gather\": 5}}", "global");
+    assert_refused(HEAD "\"map\", \"global\": {\"count\": 5, \"gather_max\": 50}}", "global");
+    assert_refused(HEAD "\"render\", \"global\": {\"count\": 5, \"gather_max\": 40}}",
+                   "global");
+    assert_refused(HEAD "\"render\", \"global\": {\"count\": 5, \"bandwidth\": \"chi2\"}}",
+                   "global");
+    assert_refused(HEAD "\"render\", \"global\": {\"count\": 5, \"gather\": 50, "
+                        "\"gather_max\": 500, \"bandwidth\": \"wide\"}}",
+                   "global.bandwidth");
     assert_refused(HEAD "\"render\", \"global\": {}}", "global");
     assert_refused(HEAD "\"render\", \"volume\": {\"count\": 5, \"map\": \"" ID "\"}}",
                    "volume");
