@@ -3,7 +3,7 @@
 # Exits 0 at once if nothing is missing, so that it needs no root on a machine that has them.
 set -eu
 packages="gcc libc6-dev cmake ninja-build pkg-config libembree-dev libsleef-dev libmicrohttpd-dev libjansson-dev
-libsqlite3-dev libseccomp-dev libcurl4-openssl-dev libarchive-dev libexpat1-dev libssl-dev libopenexr-dev libpng-dev zlib1g-dev"
+libsqlite3-dev libseccomp-dev libcurl4-openssl-dev libarchive-dev libexpat1-dev libssl-dev libopenexr-dev libpng-dev libzstd-dev"
 [ "${1-}" = test ] && packages="$packages libcmocka-dev curl sqlite3"
 missing=
 for package in $packages; do

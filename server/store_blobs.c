@@ -1,6 +1,6 @@
-#include <immintrin.h>
 #include <string.h>
 
+#include "base/crc.h"
 #include "store_internal.h"
 
 enum {
@@ -8,21 +8,6 @@ enum {
     TOUCH_MS = 60000,           /* a use is noted once a minute: it costs a write */
     UPLOAD_GRACE_MS = 86400000, /* an upload that nothing refers to stays a day */
 };
-
-/* CRC-32C (Castagnoli), by the instruction that every x86-64-v3 has. */
-static int64_t crc32c(const void *data, size_t size)
-{
-    const unsigned char *at = data;
-    uint64_t crc = 0xffffffff;
-    for (; size >= 8; at += 8, size -= 8) {
-        uint64_t word;
-        memcpy(&word, at, 8);
-        crc = _mm_crc32_u64(crc, word);
-    }
-    for (; size; at++, size--)
-        crc = _mm_crc32_u8((uint32_t)crc, *at);
-    return (int64_t)(crc ^ 0xffffffff);
-}
 
 static int64_t chunk_id(int64_t blob, uint64_t n)
 {
@@ -38,7 +23,7 @@ static pm_status insert_chunk(pm_store *store, int64_t blob, uint64_t n, const v
     if (st)
         return st;
     return pm_store_run(store, err, "INSERT INTO chunks(id, crc, data) VALUES(?, ?, ?)", "iib",
-                        chunk_id(blob, n), crc32c(data, size), data, size);
+                        chunk_id(blob, n), (int64_t)pm_crc32c(data, size), data, size);
 }
 
 static pm_status delete_chunks(pm_store *store, int64_t blob, pm_error *err)
@@ -116,7 +101,7 @@ static pm_status check_blob(pm_store *store, const pm_blob *blob, bool *sound, p
     while (*sound && pm_query_row(&query)) {
         size_t size = 0;
         const void *data = pm_query_bytes(&query, 1, &size);
-        *sound = pm_query_integer(&query, 0) == crc32c(data, size);
+        *sound = pm_query_integer(&query, 0) == (int64_t)pm_crc32c(data, size);
         total += size;
     }
     *sound = *sound && total == blob->size;
@@ -173,7 +158,7 @@ pm_status pm_store_blob_chunk(pm_store *store, const pm_blob *blob, uint64_t n, 
     if (found) {
         const void *data = pm_query_bytes(&query, 1, size);
         sound = *size > 0 && *size <= PM_CHUNK_BYTES &&
-                pm_query_integer(&query, 0) == crc32c(data, *size);
+                pm_query_integer(&query, 0) == (int64_t)pm_crc32c(data, *size);
         if (sound)
             memcpy(buffer, data, *size);
     }

@@ -28,10 +28,11 @@ typedef struct pm_map_header {
     pm_map_kind kind;
     pm_digest scene; /* octree hash */
     pm_digest family;
-    uint64_t paths;       /* emitted; fluxes of the photons are divided by this */
-    double flux_scale;    /* of the packed fluxes [W / scale^2] */
-    double world_scale;   /* scene units a world unit */
-    pm_vec3 world_center; /* [scene units] */
+    uint64_t first_path, paths; /* emitted; fluxes of the photons are divided by their number */
+    uint32_t pass;              /* of a sequence; 0 otherwise */
+    double flux_scale;          /* of the packed fluxes [W / scale^2] */
+    double world_scale;         /* scene units a world unit */
+    pm_vec3 world_center;       /* [scene units] */
     uint64_t seed;
     double storage_probability;
     pm_rgb emitted; /* power of all lights [W / scale^2] */
@@ -137,8 +138,8 @@ pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec
                                  const pm_photon_weight *weight);
 
 /* The nearest photon that counts at the point, as said above; of equally distant ones the first
- * in stored order. max_radius is > 0 and may be INFINITY. False, with *index untouched, if there
- * is none within it. Test: closest_equals_brute_force. */
+ * in stored order. max_radius is > 0 and may be INFINITY. False, with *index untouched, if
+ * there is none within it. Test: closest_equals_brute_force. */
 bool pm_photon_map_closest(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
                            double max_radius, size_t *index);
 
@@ -154,21 +155,56 @@ pm_estimate pm_photon_map_volume(const pm_photon_map *map, pm_vec3 point, pm_vec
 pm_estimate pm_photon_map_volume_within(const pm_photon_map *map, pm_vec3 point,
                                         pm_vec3 direction, double g, double radius);
 
-/* ---- files ---- */
+/* ---- files: see map_file.c and batch_file.c for the bytes ---- */
 
-/* Writes header, photons (chunks of 1 MiB, each with a checksum), footer; then the trailer with
- * the command line as typed, which no digest covers. See map_file.c for the byte table. */
+/* Where the bytes of a file go, in order. */
+typedef struct pm_sink {
+    void *context;
+    pm_status (*put)(void *context, const void *data, size_t size, pm_error *err);
+} pm_sink;
+
+/* Writes header and photons, packed and with a checksum each part, and an end with the command
+ * line as typed (NULL: none), which no digest covers. Any number of threads gives the same
+ * bytes; the same version of zstd, too. Test: map_file_round_trip. */
+PM_MUST_USE pm_status pm_photon_map_stream(const pm_photon_map *map, const char *command,
+                                           pm_pool *pool, const pm_sink *sink, pm_error *err);
+
+/* A sequence of passes is a file of maps, each written with pm_photon_map_stream and no command
+ * line, and then of this. */
+PM_MUST_USE pm_status pm_sequence_end(const char *command, const pm_sink *sink, pm_error *err);
+
+/* pm_photon_map_stream into memory. */
 PM_MUST_USE pm_status pm_photon_map_write(const pm_photon_map *map, const char *command,
                                           pm_bytes *out, pm_error *err);
 
 /* Reads and checks everything. `name` is for messages. `command` (may be NULL) receives the
- * trailer's text, to be freed by the caller.
- * Errors: PM_E_CORRUPT (checksum, length), PM_E_UNSUPPORTED (newer version), PM_E_SYNTAX (no
- * map file). */
+ * trailer's text, to be freed by the caller. The passes of a sequence become one map: its paths
+ * are those of all of them.
+ * Errors: PM_E_CORRUPT (checksum, length), PM_E_UNSUPPORTED (another version), PM_E_SYNTAX (no
+ * map file), PM_E_MISMATCH (passes of several families). */
 PM_MUST_USE pm_status pm_photon_map_read(const void *data, size_t size, const char *name,
                                          pm_photon_map **out, char **command, pm_error *err);
 
-/* Batches as stored and sent between worker and server: the same chunks and checksums, with the
+/* Who looks through a file without making a map of it; both may be NULL. An error ends it. */
+typedef struct pm_map_visitor {
+    void *context;
+    /* A map begins: the only one, or a pass of a sequence. */
+    pm_status (*begin)(void *context, const pm_map_header *header, uint64_t count,
+                       pm_error *err);
+    /* The next photons of it. */
+    pm_status (*photons)(void *context, const pm_photon *photons, size_t count, pm_error *err);
+} pm_map_visitor;
+
+/* Reads and checks as pm_photon_map_read does, a part at a time: some megabytes of memory. */
+PM_MUST_USE pm_status pm_map_file_visit(const void *data, size_t size, const char *name,
+                                        const pm_map_visitor *visitor, char **command,
+                                        pm_error *err);
+
+/* The first header alone; the photons are not looked at. */
+PM_MUST_USE pm_status pm_map_file_header(const void *data, size_t size, const char *name,
+                                         pm_map_header *out, pm_error *err);
+
+/* Batches as stored and sent between worker and server: the same parts and checksums, with the
  * path ends. */
 PM_MUST_USE pm_status pm_batch_write(const pm_batch *batch, pm_bytes *out, pm_error *err);
 PM_MUST_USE pm_status pm_batch_read(const void *data, size_t size, pm_batch *out,
