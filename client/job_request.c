@@ -104,6 +104,56 @@ static bool put_points(pm_json *request, const pm_options *options,
                        pm_json_pack("s", irradiance ? "irradiance" : "radiance"));
 }
 
+static bool put_names(pm_json *request, const char *member, const pm_names_option *option)
+{
+    if (!option->count)
+        return true;
+    pm_json *list = pm_json_pack("[]");
+    bool made = list;
+    for (size_t i = 0; i < option->count; i++)
+        made = made && pm_json_append(list, pm_json_pack("s", option->names[i]));
+    if (made)
+        return pm_json_put(request, member, list);
+    pm_json_free(list);
+    return false;
+}
+
+static pm_json *region_json(const pm_region *region)
+{
+    const pm_vec3 *a = &region->low, *b = &region->high, *c = &region->center;
+    if (region->is_ball)
+        return pm_json_pack("{s:[f, f, f, f]}", "sphere", c->x, c->y, c->z, region->radius);
+    return pm_json_pack("{s:[f, f, f, f, f, f]}", "box", a->x, a->y, a->z, b->x, b->y, b->z);
+}
+
+static bool put_regions(pm_json *request, const pm_options *options)
+{
+    if (!options->region_count)
+        return true;
+    pm_json *list = pm_json_pack("[]");
+    bool made = list;
+    for (size_t i = 0; i < options->region_count; i++)
+        made = made && pm_json_append(list, region_json(&options->regions[i]));
+    if (made)
+        return pm_json_put(request, "regions", list);
+    pm_json_free(list);
+    return false;
+}
+
+/* What bears on the photons themselves; what was not said is left to the server. */
+static bool put_forward(pm_json *request, const pm_options *options)
+{
+    bool made = true;
+    if (options->max_events)
+        made = pm_json_put(request, "max_events", pm_json_pack("i", (int)options->max_events));
+    if (options->max_length > 0)
+        made =
+            made && pm_json_put(request, "max_length", pm_json_pack("f", options->max_length));
+    return made && put_names(request, "sensors", &options->sensors) &&
+           put_names(request, "exclude", &options->exclude) &&
+           put_names(request, "include", &options->include) && put_regions(request, options);
+}
+
 pm_json *pm_job_request(const pm_options *options, const char *kind,
                         const pm_attachments *attachments, unsigned formats,
                         const char *command)
@@ -115,9 +165,7 @@ pm_json *pm_job_request(const pm_options *options, const char *kind,
     bool made = request;
     for (int map = 0; map < PM_MAP_KINDS; map++)
         made = made && put_map(request, options, (pm_map_kind)map, attachments);
-    if (options->max_events)
-        made = made &&
-               pm_json_put(request, "max_events", pm_json_pack("i", (int)options->max_events));
+    made = made && put_forward(request, options);
     if (looks)
         made = made && put_stops(request, options) &&
                pm_json_put(request, "ab", pm_json_pack("i", options->ambient_bounces));

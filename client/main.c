@@ -186,21 +186,28 @@ static pm_status check(const struct verb *verb, const pm_options *options, pm_er
     return verb->check(options, err);
 }
 
+static int work(const struct verb *verb, const pm_options *options)
+{
+    pm_error err = PM_ERROR_INIT;
+    pm_status st = check(verb, options, &err);
+    if (st)
+        return fail(st, &err, !err.file[0]);
+    st = verb->run(options, &err);
+    return st ? fail(st, &err, false) : EXIT_SUCCESS;
+}
+
 static int run(const struct verb *verb, int argc, char **argv)
 {
     pm_options options;
     pm_error err = PM_ERROR_INIT;
     pm_status st = pm_options_parse(verb->bit, argc, argv, &options, &err);
-    if (!st && options.help) {
-        print_verb_help(verb);
-        return EXIT_SUCCESS;
-    }
-    if (!st)
-        st = check(verb, &options, &err);
     if (st)
         return fail(st, &err, !err.file[0]);
-    st = verb->run(&options, &err);
-    return st ? fail(st, &err, false) : EXIT_SUCCESS;
+    int status = options.help ? EXIT_SUCCESS : work(verb, &options);
+    if (options.help)
+        print_verb_help(verb);
+    pm_options_clear(&options);
+    return status;
 }
 
 /* Global options may stand before the verb: they move behind it. */

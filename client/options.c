@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "name_file.h"
 #include "photons/bias.h"
 #include "refusals.h"
 
@@ -16,6 +17,7 @@ enum {
     POINTS = PM_VERB_TRACE | PM_VERB_RTRACE,
     LOOKING = RENDERING | RADIANCE,
     WORKING = LOOKING | PM_VERB_MKPMAP,
+    TRACING = RENDERING | PM_VERB_MKPMAP, /* verbs that trace photons */
     ONLINE = WORKING | PM_VERB_SCENE | PM_VERB_MAP | PM_VERB_JOB,
     MAPS = PM_VERB_PMAPINFO | PM_VERB_PMAPDUMP,
     ALL = ONLINE | MAPS | PM_VERB_OCONV,
@@ -343,6 +345,102 @@ static pm_status take_max_events(struct words *words)
     return take_u32(words, "scatterings", 1, 50000, &words->out->max_events);
 }
 
+static pm_status take_max_length(struct words *words)
+{
+    double *length = &words->out->max_length;
+    pm_status st = take_number(words, "a length", length);
+    if (!st && !(*length > 0 && *length <= PM_LENGTH_MAX))
+        st = bad(words, words->argv[words->at - 1], "a length greater than 0 [scene units]");
+    return st;
+}
+
+/* ---- surfaces and regions ---- */
+
+/* The modifiers that the option is about: -aps, -ae, -ai, and capitals, which name files. */
+static pm_names_option *names_of(const struct words *words)
+{
+    char last = words->option[strlen(words->option) - 1] | 0x20;
+    pm_options *out = words->out;
+    return last == 's' ? &out->sensors : last == 'e' ? &out->exclude : &out->include;
+}
+
+static pm_status take_name(struct words *words)
+{
+    pm_names_option *list = names_of(words);
+    const char *name = NULL;
+    pm_status st = take_text(words, "a modifier", &name);
+    if (st)
+        return st;
+    if (!*name)
+        return bad(words, "''", "the name of a modifier");
+    if (list->count == PM_NAMES_MAX)
+        return pm_error_set(words->err, PM_E_RANGE, "%s: at most %d modifiers", words->option,
+                            PM_NAMES_MAX);
+    list->names[list->count++] = name;
+    return PM_OK;
+}
+
+static pm_status take_name_file(struct words *words)
+{
+    pm_names_option *list = names_of(words);
+    pm_options *out = words->out;
+    const char *path = NULL;
+    size_t count = 0;
+    pm_status st = take_text(words, "a file of modifiers", &path);
+    if (st)
+        return st;
+    if (out->name_file_count == PM_NAME_FILES_MAX)
+        return pm_error_set(words->err, PM_E_RANGE, "%s: at most %d files of modifiers",
+                            words->option, PM_NAME_FILES_MAX);
+    st = pm_name_file_read(path, PM_NAMES_MAX - list->count, list->names + list->count, &count,
+                           &out->name_files[out->name_file_count], words->err);
+    if (!st) {
+        out->name_file_count++;
+        list->count += count;
+    }
+    return st;
+}
+
+static pm_status take_numbers(struct words *words, const char *what, size_t count, double *out)
+{
+    pm_status st = PM_OK;
+    for (size_t i = 0; i < count && !st; i++)
+        st = take_number(words, what, &out[i]);
+    return st;
+}
+
+/* -api x y z x y z | -apI x y z radius */
+static pm_status take_region(struct words *words)
+{
+    pm_options *out = words->out;
+    bool ball = words->option[3] == 'I';
+    double n[6] = {0};
+    if (out->region_count == PM_REGIONS_MAX)
+        return pm_error_set(words->err, PM_E_RANGE, "%s: at most %d regions", words->option,
+                            PM_REGIONS_MAX);
+    pm_status st = ball ? take_numbers(words, "a ball: x y z radius", 4, n)
+                        : take_numbers(words, "a box: two corners x y z x y z", 6, n);
+    if (st)
+        return st;
+    pm_region *region = &out->regions[out->region_count++];
+    if (ball)
+        *region = (pm_region){.is_ball = true, .center = {n[0], n[1], n[2]}, .radius = n[3]};
+    else
+        *region = (pm_region){.low = {n[0], n[1], n[2]}, .high = {n[3], n[4], n[5]}};
+    return PM_OK;
+}
+
+/* What the forward pass's options say together. */
+static pm_status check_forward(const pm_options *read, pm_error *err)
+{
+    pm_forward_options forward = pm_forward_defaults();
+    forward.exclude = (pm_name_list){read->exclude.names, read->exclude.count};
+    forward.include = (pm_name_list){read->include.names, read->include.count};
+    forward.regions = read->regions;
+    forward.region_count = read->region_count;
+    return pm_forward_options_check(&forward, err);
+}
+
 static pm_status take_threads(struct words *words)
 {
     return take_u32(words, "threads", 0, 256, &words->out->threads);
@@ -527,6 +625,24 @@ static const struct option options[] = {
     {"-apr", WORKING, "SEED", "seed; equal seeds give equal bytes (0)", TAKE(take_seed)},
     {"-apm", WORKING, "N", "most scatterings on a photon's path (5000)", TAKE(take_max_events)},
     {"-lr", PM_VERB_MKPMAP, "N", "the same", TAKE(take_max_events)},
+    {"-ld", TRACING, "LENGTH", "greatest length of a photon's path [scene units]",
+     TAKE(take_max_length)},
+    {"-aps", PM_VERB_MKPMAP, "MOD", "surfaces of this modifier store photons on their front",
+     TAKE(take_name)},
+    {"-apS", PM_VERB_MKPMAP, "FILE", "the same for the modifiers in a file",
+     TAKE(take_name_file)},
+    {"-ae", PM_VERB_MKPMAP, "MOD", "surfaces of this modifier store no photons",
+     TAKE(take_name)},
+    {"-aE", PM_VERB_MKPMAP, "FILE", "the same for the modifiers in a file",
+     TAKE(take_name_file)},
+    {"-ai", PM_VERB_MKPMAP, "MOD", "surfaces of this modifier (and of other -ai) alone do",
+     TAKE(take_name)},
+    {"-aI", PM_VERB_MKPMAP, "FILE", "the same for the modifiers in a file",
+     TAKE(take_name_file)},
+    {"-api", PM_VERB_MKPMAP, "X Y Z X Y Z",
+     "store photons in this box (and other regions) alone", TAKE(take_region)},
+    {"-apI", PM_VERB_MKPMAP, "X Y Z RADIUS", "store photons in this ball alone",
+     TAKE(take_region)},
     {"-n", WORKING, "N", "threads; the answer does not depend on it (0: one a processor)",
      TAKE(take_threads)},
     {"-t", WORKING, "SECONDS", "report progress as lines every so often", TAKE(take_interval)},
@@ -687,21 +803,32 @@ pm_status pm_options_parse(pm_verb verb, int argc, char **argv, pm_options *out,
                          .pixel_aspect = 1,
                          .dump = default_dump};
     struct words words = {.argc = argc, .argv = argv, .out = &result, .err = err};
-    while (words.at < argc) {
+    pm_status st = PM_OK;
+    while (words.at < argc && !st) {
         words.option = argv[words.at++];
-        pm_status st = is_option(words.option) ? take_option(&words) : take_operand(&words);
-        if (st)
-            return st;
+        st = is_option(words.option) ? take_option(&words) : take_operand(&words);
     }
-    if (result.bandwidth && !has_range(&result))
-        return pm_error_set(
-            err, PM_E_MISSING,
-            "--bandwidth: there is nothing to choose: give a map two numbers of "
-            "photons an estimate, e.g. 50 500");
+    if (!st)
+        st = check_forward(&result, err);
+    if (!st && result.bandwidth && !has_range(&result))
+        st = pm_error_set(err, PM_E_MISSING,
+                          "--bandwidth: there is nothing to choose: give a map two numbers of "
+                          "photons an estimate, e.g. 50 500");
+    if (st) {
+        pm_options_clear(&result);
+        return st;
+    }
     if (result.server && !*result.server)
         result.server = NULL;
     *out = result;
     return PM_OK;
+}
+
+void pm_options_clear(pm_options *read)
+{
+    for (size_t i = 0; i < read->name_file_count; i++)
+        free(read->name_files[i]);
+    read->name_file_count = 0;
 }
 
 void pm_options_print(pm_verb verb, FILE *to)

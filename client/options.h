@@ -8,6 +8,7 @@
 #include "backward/view.h"
 #include "base/error.h"
 #include "base/rgb.h"
+#include "forward/options.h"
 #include "forward/photon.h"
 
 /* The command line: Radiance's option spellings where Radiance has one. */
@@ -46,7 +47,19 @@ typedef struct pm_oconv_option {
     const char *input; /* -i: an octree to start from */
 } pm_oconv_option;
 
-enum { PM_OPERANDS_MAX = 255, PM_OUTPUTS_MAX = 8, PM_ALLOWED_MAX = 16 };
+enum {
+    PM_OPERANDS_MAX = 255,
+    PM_OUTPUTS_MAX = 8,
+    PM_ALLOWED_MAX = 16,
+    PM_NAMES_MAX = 1024, /* modifiers of one option */
+    PM_REGIONS_MAX = 1024,
+    PM_NAME_FILES_MAX = 64,
+};
+
+typedef struct pm_names_option {
+    const char *names[PM_NAMES_MAX];
+    size_t count;
+} pm_names_option;
 
 /* What was said about one kind of map. */
 typedef struct pm_map_option {
@@ -79,7 +92,14 @@ typedef struct pm_options {
     uint32_t passes;
     double seconds, error;
     uint64_t seed;
-    uint32_t max_events; /* 0: the server's default */
+    uint32_t max_events;               /* 0: the server's default */
+    double max_length;                 /* -ld; 0: none */
+    pm_names_option sensors;           /* -aps, -apS */
+    pm_names_option exclude, include;  /* -ae, -aE; -ai, -aI */
+    pm_region regions[PM_REGIONS_MAX]; /* -api, -apI */
+    size_t region_count;
+    char *name_files[PM_NAME_FILES_MAX]; /* texts that names point into */
+    size_t name_file_count;
     uint32_t threads;
     double progress_seconds;             /* -t */
     bool overwrite;                      /* -fo */
@@ -94,9 +114,11 @@ typedef struct pm_options {
 } pm_options;
 
 /* Reads argv[0..argc) behind the verb. PM_E_RANGE, PM_E_MISSING or PM_E_UNSUPPORTED with a text
- * that names the option and what would be right. Borrows argv. */
+ * that names the option and what would be right. Borrows argv. What it read from files is freed
+ * by pm_options_clear. */
 PM_MUST_USE pm_status pm_options_parse(pm_verb verb, int argc, char **argv, pm_options *out,
                                        pm_error *err);
+void pm_options_clear(pm_options *read);
 
 /* "100k" -> 100000; k, m, g are powers of 1000, as mkpmap has them. */
 PM_MUST_USE pm_status pm_count_parse(const char *text, uint64_t *out);

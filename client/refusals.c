@@ -13,11 +13,11 @@ enum {
 #define SWITCH "+-01yYnNtTfF" /* what may follow the name of a switch of Radiance */
 
 static const char not_yet_ports[] = "photon ports are not offered yet";
-static const char not_yet_sensors[] = "photon sensors are not offered yet";
-static const char not_yet_regions[] = "regions of interest are not offered yet";
 static const char not_yet_precomputed[] = "precomputed photons are not offered yet; use -apg";
-static const char not_yet_exclusion[] =
-    "leaving out single materials is not offered yet; all of them take part";
+static const char by_map[] =
+    "a picture would be dark where no photons are stored; mkpmap makes such maps";
+static const char no_sensors[] =
+    "points in free space look all around and need no surface; mkpmap makes maps of sensors";
 static const char not_yet_medium[] =
     "a medium without bounds is not offered yet; put a mist around the scene";
 static const char no_prepass[] =
@@ -53,11 +53,6 @@ static const struct {
     {PM_VERB_MKPMAP, "-apM", "", no_prepass},
     {PM_VERB_MKPMAP, "-apo", "+-0", not_yet_ports},
     {PM_VERB_MKPMAP, "-apO", "", not_yet_ports},
-    {PM_VERB_MKPMAP, "-aps", "", not_yet_sensors},
-    {PM_VERB_MKPMAP, "-apS", "", not_yet_sensors},
-    {PM_VERB_MKPMAP, "-api", "", not_yet_regions},
-    {PM_VERB_MKPMAP, "-apI", "", not_yet_regions},
-    {PM_VERB_MKPMAP, "-ld", "", "photons fly as far as the scene goes"},
     {LOOKING, "-am", "", "the search radius needs no bound here"},
     {LOOKING, "-ac", "", "the whole map is in memory; there are no pages to set"},
     {LOOKING, "-aC", "", "the whole map is in memory; there is no cache to set"},
@@ -68,10 +63,14 @@ static const struct {
     {LOOKING, "-as", "", by_stops},
     {LOOKING, "-av", "", computed},
     {LOOKING, "-aw", "", computed},
-    {WORKING, "-ae", "", not_yet_exclusion},
-    {WORKING, "-aE", "", not_yet_exclusion},
-    {WORKING, "-ai", "", not_yet_exclusion},
-    {WORKING, "-aI", "", not_yet_exclusion},
+    {LOOKING, "-ae", "", by_map},
+    {LOOKING, "-aE", "", by_map},
+    {LOOKING, "-ai", "", by_map},
+    {LOOKING, "-aI", "", by_map},
+    {LOOKING, "-api", "", by_map},
+    {LOOKING, "-apI", "", by_map},
+    {LOOKING, "-aps", "", no_sensors},
+    {LOOKING, "-apS", "", no_sensors},
     {LOOKING, "-dj", "", one_sample},
     {LOOKING, "-ds", "", one_sample},
     {LOOKING, "-dt", "", one_sample},
@@ -116,6 +115,7 @@ static const struct {
     {POINTS, "-ti", "", no_ray_trees},
     {POINTS, "-tE", "", no_ray_trees},
     {POINTS, "-tI", "", no_ray_trees},
+    {PICTURES, "-ld", "", "photons come from map files here; mkpmap has it"},
     {POINTS, "-ld", SWITCH, "rays go as far as the scene does"},
     {POINTS, "-x", "", "values come when all points are done; there is no flushing to set"},
     {POINTS, "-y", "", "values come when all points are done; there is no number to set"},

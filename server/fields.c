@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/digest.h"
+#include "forward/options.h"
 #include "photons/photon_map.h"
 
 /* ---- the tables ---- */
@@ -17,6 +18,7 @@ static const char *const formats[] = {"exr", "hdr", "png", NULL};
 
 #define SCENE_TEXT_MAX (1 << 20)
 #define COORDINATE_MAX 1e30
+#define NAME_MAX_BYTES 255 /* of a modifier */
 #define EXACT_INTEGER                                                                          \
     9007199254740992.0 /* 2^53: every JSON reader keeps integers up to here                    \
                         */
@@ -54,6 +56,24 @@ const pm_field pm_fields_map[] = {
      .type = PM_FIELD_DIGEST,
      .unit = "",
      .doc = "Digest of an uploaded map file, used instead of a traced map."},
+    {.name = NULL},
+};
+
+const pm_field pm_fields_region[] = {
+    {.name = "box",
+     .type = PM_FIELD_VECTOR,
+     .low = -COORDINATE_MAX,
+     .high = COORDINATE_MAX,
+     .unit = "scene units",
+     .doc = "x y z of two opposite corners.",
+     .size = 6},
+    {.name = "sphere",
+     .type = PM_FIELD_VECTOR,
+     .low = -COORDINATE_MAX,
+     .high = COORDINATE_MAX,
+     .unit = "scene units",
+     .doc = "x y z of the centre, and the radius.",
+     .size = 4},
     {.name = NULL},
 };
 
@@ -147,6 +167,39 @@ const pm_field pm_fields_job[] = {
      .unit = "scatterings",
      .otherwise = "5000",
      .doc = "Most scatterings on a photon's path."},
+    {.name = "max_length",
+     .type = PM_FIELD_NUMBER,
+     .low = 1e-30,
+     .high = PM_LENGTH_MAX,
+     .unit = "scene units",
+     .doc = "Greatest length of a photon's path; it ends there, and what lies beyond is "
+            "darker than it should be. Without it, none. Distant light starts where it enters "
+            "the scene's cube."},
+    {.name = "sensors",
+     .type = PM_FIELD_TEXTS,
+     .low = 1,
+     .high = NAME_MAX_BYTES,
+     .unit = "bytes",
+     .doc = "Of map: modifiers of surfaces that store photons on their front, too, whatever "
+            "they are made of; antimatter lets light pass."},
+    {.name = "exclude",
+     .type = PM_FIELD_TEXTS,
+     .low = 1,
+     .high = NAME_MAX_BYTES,
+     .unit = "bytes",
+     .doc = "Of map: modifiers of surfaces that store no photons. Paths stay what they are; "
+            "estimates on these surfaces are dark."},
+    {.name = "include",
+     .type = PM_FIELD_TEXTS,
+     .low = 1,
+     .high = NAME_MAX_BYTES,
+     .unit = "bytes",
+     .doc = "Of map: modifiers of the surfaces that alone store photons; not with exclude."},
+    {.name = "regions",
+     .type = PM_FIELD_OBJECTS,
+     .unit = "",
+     .doc = "Of map: photons outside all of these are not stored.",
+     .members = pm_fields_region},
     {.name = "view",
      .type = PM_FIELD_VIEW,
      .low = 0,
@@ -348,18 +401,43 @@ static pm_status check_digest(const pm_json *value, const struct place *at)
     return PM_OK;
 }
 
+static size_t vector_size(const pm_field *field)
+{
+    return field->size ? field->size : 3;
+}
+
 static pm_status check_vector(const pm_field *field, const pm_json *value,
                               const struct place *at)
 {
-    if (pm_json_type_of(value) != PM_JSON_ARRAY || pm_json_length(value) != 3)
-        return refuse(at, PM_E_RANGE, "must be a list of three numbers");
+    size_t size = vector_size(field);
+    if (pm_json_type_of(value) != PM_JSON_ARRAY || pm_json_length(value) != size)
+        return pm_error_set_at(at->err, PM_E_RANGE, at->path, 0, 0,
+                               "must be a list of %zu numbers", size);
     pm_status st = PM_OK;
-    for (size_t i = 0; i < 3 && !st; i++)
+    for (size_t i = 0; i < size && !st; i++)
         st = check_number(field, pm_json_at(value, i), at);
     return st;
 }
 
 static pm_status check_members(const pm_field *fields, pm_json *object, const struct place *at);
+
+static pm_status check_list(const pm_field *field, const pm_json *value, const struct place *at)
+{
+    size_t length = pm_json_length(value);
+    if (pm_json_type_of(value) != PM_JSON_ARRAY || !length || length > PM_FIELD_LIST_MAX)
+        return pm_error_set_at(at->err, PM_E_RANGE, at->path, 0, 0,
+                               "must be a list of 1 to %d entries", PM_FIELD_LIST_MAX);
+    pm_status st = PM_OK;
+    for (size_t i = 0; i < length && !st; i++) {
+        char path[128];
+        snprintf(path, sizeof path, "%.100s[%zu]", at->path, i);
+        const struct place inner = {path, at->err};
+        pm_json *entry = pm_json_at(value, i);
+        st = field->type == PM_FIELD_TEXTS ? check_text(field, entry, &inner)
+                                           : check_members(field->members, entry, &inner);
+    }
+    return st;
+}
 
 static pm_status check_value(const pm_field *field, pm_json *value, const struct place *at)
 {
@@ -377,6 +455,9 @@ static pm_status check_value(const pm_field *field, pm_json *value, const struct
         return check_digest(value, at);
     case PM_FIELD_VECTOR:
         return check_vector(field, value, at);
+    case PM_FIELD_TEXTS:
+    case PM_FIELD_OBJECTS:
+        return check_list(field, value, at);
     case PM_FIELD_VIEW:
         if (pm_json_type_of(value) == PM_JSON_TEXT)
             return check_text(field, value, at);
@@ -434,6 +515,12 @@ static pm_json *choices_schema(const pm_field *field)
     return pm_json_pack("{s:s, s:o}", "type", "string", "enum", list);
 }
 
+static pm_json *list_schema(pm_json *entry)
+{
+    return pm_json_pack("{s:s, s:i, s:i, s:o}", "type", "array", "minItems", 1, "maxItems",
+                        PM_FIELD_LIST_MAX, "items", entry);
+}
+
 static pm_json *type_schema(const pm_field *field)
 {
     switch (field->type) {
@@ -455,8 +542,15 @@ static pm_json *type_schema(const pm_field *field)
         return pm_json_pack("{s:s, s:s}", "type", "string", "pattern", "^[0-9a-f]{64}$");
     case PM_FIELD_VECTOR:
         return pm_json_pack("{s:s, s:i, s:i, s:{s:s, s:f, s:f}}", "type", "array", "minItems",
-                            3, "maxItems", 3, "items", "type", "number", "minimum", field->low,
-                            "maximum", field->high);
+                            (int)vector_size(field), "maxItems", (int)vector_size(field),
+                            "items", "type", "number", "minimum", field->low, "maximum",
+                            field->high);
+    case PM_FIELD_TEXTS:
+        return list_schema(pm_json_pack("{s:s, s:I, s:I}", "type", "string", "minLength",
+                                        (long long)field->low, "maxLength",
+                                        (long long)field->high));
+    case PM_FIELD_OBJECTS:
+        return list_schema(pm_fields_schema(field->members));
     case PM_FIELD_OBJECT:
         return pm_fields_schema(field->members);
     case PM_FIELD_VIEW:

@@ -17,10 +17,15 @@ typedef enum pm_field_type {
     PM_FIELD_CHOICE,  /* one of `choices` */
     PM_FIELD_CHOICES, /* a list of them, each at most once */
     PM_FIELD_DIGEST,  /* 64 lower-case hexadecimal digits */
-    PM_FIELD_VECTOR,  /* three finite numbers, low..high */
+    PM_FIELD_VECTOR,  /* `size` finite numbers, low..high */
+    PM_FIELD_TEXTS,   /* a list of texts of low..high bytes each */
+    PM_FIELD_OBJECTS, /* a list of objects of `members` */
     PM_FIELD_OBJECT,  /* of `members` */
     PM_FIELD_VIEW,    /* an object of `members`, or the same as text with rpict's options */
 } pm_field_type;
+
+/* Entries of a list of texts or objects, 1 to so many. */
+enum { PM_FIELD_LIST_MAX = 1024 };
 
 typedef struct pm_field {
     const char *name;
@@ -32,6 +37,7 @@ typedef struct pm_field {
     const char *const *choices;     /* ended by NULL */
     const struct pm_field *members; /* ended by a NULL name */
     bool required;
+    unsigned size; /* of a vector; 0 means 3 */
 } pm_field;
 
 /* Each is ended by a field whose name is NULL. */
@@ -39,6 +45,7 @@ extern const pm_field pm_fields_job[];   /* POST /v1/jobs */
 extern const pm_field pm_fields_scene[]; /* POST /v1/scenes */
 extern const pm_field pm_fields_map[];   /* a member "global", "caustic" or "volume" of a job */
 extern const pm_field pm_fields_view[];
+extern const pm_field pm_fields_region[]; /* of the list "regions" */
 
 const pm_field *pm_field_find(const pm_field *fields, const char *name); /* or NULL */
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "fields.h"
+#include "request_forward.h"
 
 const char *pm_format_name(pm_format format)
 {
@@ -170,6 +171,10 @@ static const struct {
     {"time", RENDER | TRACE},
     {"error", RENDER | TRACE},
     {"formats", RENDER},
+    {"sensors", MAP},
+    {"exclude", MAP},
+    {"include", MAP},
+    {"regions", MAP},
 };
 
 /* A member without effect is refused, not ignored. */
@@ -208,9 +213,6 @@ static void read_common(pm_request *out)
 {
     const pm_json *json = out->json;
     out->job.wanted.ambient_bounces = (int)integer(json, "ab");
-    out->job.forward = pm_forward_defaults();
-    out->job.forward.seed = (uint64_t)integer(json, "seed");
-    out->job.forward.max_events = (uint32_t)integer(json, "max_events");
     out->job.threads = (unsigned)integer(json, "threads");
     out->job.command = pm_json_get_text(json, "command", NULL);
     out->scene = pm_json_get_text(json, "scene", NULL);
@@ -234,6 +236,8 @@ static pm_status read_checked(pm_request *out, pm_error *err)
     out->job.kind = kind_of(out->json);
     read_common(out);
     pm_status st = read_maps(out, err);
+    if (!st)
+        st = pm_request_read_forward(out->json, &out->arena, &out->job.forward, err);
     if (!st)
         st = check_meanings(out, err);
     if (!st && out->job.kind == PM_JOB_RENDER)
@@ -261,6 +265,7 @@ pm_status pm_request_parse(const void *text, size_t size, pm_request *out, pm_er
 void pm_request_clear(pm_request *request)
 {
     pm_json_free(request->json);
+    pm_arena_clear(&request->arena);
     *request = (pm_request){0};
 }
 

@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "base/arena.h"
 #include "json.h"
 #include "pipeline.h"
 
@@ -20,8 +21,9 @@ typedef enum pm_format {
 const char *pm_format_name(pm_format format); /* "exr" */
 
 typedef struct pm_request {
-    pm_json *json; /* owns every text below */
-    pm_job job;    /* without bundle, sensors and map files: those are attachments */
+    pm_json *json;  /* owns every text below, */
+    pm_arena arena; /* and this the lists of them */
+    pm_job job;     /* without bundle, sensors and map files: those are attachments */
     const char *scene;
     bool has_points;
     pm_digest points;

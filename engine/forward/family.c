@@ -40,8 +40,8 @@ pm_digest pm_forward_family(const pm_forward *forward, pm_map_kind kind)
     memcpy(c.bytes + c.size, scene.bytes, sizeof scene.bytes);
     c.size += sizeof scene.bytes;
     put_text(&c, pm_map_kind_name(kind));
-    put_number(&c, forward->options.seed);
-    put_number(&c, forward->options.max_events);
+    memcpy(c.bytes + c.size, forward->choice.digest.bytes, sizeof forward->choice.digest.bytes);
+    c.size += sizeof forward->choice.digest.bytes;
     put_number(&c, PM_BATCH_PATHS);
     put_number(&c, PM_REPLICATES);
     put_number(&c, PM_FORWARD_PREPASS_PATHS);

@@ -13,8 +13,6 @@ enum {
     CHUNK_PATHS = 2048,
     CHUNKS = PM_BATCH_PATHS / CHUNK_PATHS,
     PREPASS_CHUNKS = PM_FORWARD_PREPASS_PATHS / CHUNK_PATHS,
-    /* Keeps the photons of a batch within 32 bits. */
-    MAX_EVENTS_LIMIT = 50000,
     /* A replicate's Sobol sequence has 2^32 points. */
     MAX_BATCHES = PM_REPLICATES << 16,
 };
@@ -40,15 +38,6 @@ struct run {
     atomic_bool stop;   /* cancelled or out of memory: no more chunks */
     bool was_cancelled; /* written by thread 0 */
 };
-
-pm_forward_options pm_forward_defaults(void)
-{
-    return (pm_forward_options){.seed = 0,
-                                .max_events = 5000,
-                                .direction_resolution = 1000,
-                                .partition = .01,
-                                .back_faces = true};
-}
 
 /* ---- chunks ---- */
 
@@ -106,9 +95,10 @@ static struct pm_tracer tracer_of(const pm_forward *forward, pm_rng_purpose purp
                                   unsigned replicate)
 {
     struct pm_tracer tracer = {.world = forward->world,
-                               .seed = forward->options.seed,
+                               .choice = &forward->choice,
+                               .seed = forward->seed,
                                .purpose = purpose,
-                               .max_events = forward->options.max_events};
+                               .max_events = forward->max_events};
     pm_tracer_set_replicate(&tracer, replicate);
     return tracer;
 }
@@ -184,9 +174,6 @@ static pm_status run_prepass(pm_forward *forward, pm_pool *pool, pm_error *err)
 pm_status pm_forward_new(const pm_world *world, const pm_forward_options *options,
                          pm_pool *pool, pm_forward **out, pm_error *err)
 {
-    if (options->max_events > MAX_EVENTS_LIMIT)
-        return pm_error_set(err, PM_E_RANGE, "a bound of %u scatterings a path; at most %d",
-                            options->max_events, MAX_EVENTS_LIMIT);
     pm_forward *forward = calloc(1, sizeof *forward);
     struct pm_forward_counters *counters = calloc(1, sizeof *counters);
     if (!forward || !counters) {
@@ -195,11 +182,14 @@ pm_status pm_forward_new(const pm_world *world, const pm_forward_options *option
         return pm_error_set(err, PM_E_MEMORY, "no memory for the forward pass");
     }
     forward->world = world;
-    forward->options = *options;
+    forward->seed = options->seed;
+    forward->max_events = options->max_events;
     forward->counters = counters;
     double power = pm_rgb_max(pm_light_total_power(world));
     forward->flux_scale = power > 0 ? power : 1;
-    pm_status st = run_prepass(forward, pool, err);
+    pm_status st = pm_choice_make(world, options, &forward->choice, err);
+    if (!st)
+        st = run_prepass(forward, pool, err);
     if (st) {
         pm_forward_free(forward);
         return st;
@@ -212,6 +202,7 @@ void pm_forward_free(pm_forward *forward)
 {
     if (!forward)
         return;
+    pm_choice_clear(&forward->choice);
     free(forward->counters);
     free(forward);
 }

@@ -21,7 +21,8 @@
 
 /* What is fixed for one world and one set of options, with the storage probabilities from a
  * pre-run of 2^14 paths (at most 4 photons a path and kind on average). Borrows the world,
- * which must outlive it. PM_E_RANGE for a bound on events above 50000. */
+ * which must outlive it. Nothing of the options is borrowed. PM_E_RANGE for one that is out of
+ * range, PM_E_MISSING for a name that no surface has. */
 typedef struct pm_forward pm_forward;
 
 PM_MUST_USE pm_status pm_forward_new(const pm_world *world, const pm_forward_options *options,

@@ -4,6 +4,7 @@
 #include <stdatomic.h>
 #include <stdint.h>
 
+#include "forward/choice.h"
 #include "forward/forward.h"
 
 enum {
@@ -18,7 +19,9 @@ struct pm_forward_counters {
 
 struct pm_forward {
     const pm_world *world; /* borrowed; must outlive this */
-    pm_forward_options options;
+    uint64_t seed;
+    uint32_t max_events;
+    struct pm_choice choice; /* what the options name */
     double flux_scale;
     double probability[PM_MAP_KINDS]; /* of storing a deposit */
     double rate[PM_MAP_KINDS];        /* photons stored a path */

@@ -5,7 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "base/rgb.h"
+#include "base/error.h"
 #include "base/vec3.h"
 
 /* Everything that a user may choose about the forward pass, in scene units. Names are those of
@@ -20,10 +20,16 @@ typedef struct pm_port_option {
                        both; -apo alone is FRONT, as in Radiance */
 } pm_port_option;
 
-/* Where photons are stored: a box from low to high, or a ball. */
+/* The most that may be asked for: a length [scene units], -dp; the least of -ds. */
+#define PM_LENGTH_MAX     1e30
+#define PM_DIRECTIONS_MAX 1e6
+#define PM_PARTITION_MIN  1e-4
+
+/* Where photons are stored: a box between two opposite corners, or a ball; its boundary is part
+ * of it. */
 typedef struct pm_region {
     bool is_ball;
-    pm_vec3 low, high; /* of a box */
+    pm_vec3 low, high; /* of a box, in any order */
     pm_vec3 center;
     double radius; /* of a ball */
 } pm_region;
@@ -47,19 +53,18 @@ typedef struct pm_forward_options {
                                     default .01 */
 
     pm_name_list sensors;     /* -aps: surfaces that store what passes */
-    pm_name_list exclude;     /* -ae: store nothing */
+    pm_name_list exclude;     /* -ae: surfaces that store nothing */
     pm_name_list include;     /* -ai: these alone store; not both */
     const pm_region *regions; /* -api, -apI: photons outside all of them are not stored */
     size_t region_count;
-
-    /* -me -ma -mg: a medium that fills the scene; extinction [1 / scene unit] of 0: none */
-    pm_rgb extinction, albedo;
-    double eccentricity;
-
-    bool back_faces; /* -bv: default on; off: surfaces are invisible from behind */
 } pm_forward_options;
 
 /* Fills in the defaults. */
 pm_forward_options pm_forward_defaults(void);
+
+/* PM_E_RANGE for what is out of range or contradicts itself. Names are looked up later
+ * (choice.h). Test: options_out_of_range_are_refused. */
+PM_MUST_USE pm_status pm_forward_options_check(const pm_forward_options *options,
+                                               pm_error *err);
 
 #endif

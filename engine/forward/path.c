@@ -2,6 +2,7 @@
 
 #include "base/maths.h"
 #include "base/sobol.h"
+#include "forward/choice.h"
 #include "forward/record.h"
 #include "world/light.h"
 #include "world/media.h"
@@ -24,7 +25,7 @@ struct walk {
     double reference; /* largest channel of the emitted flux: roulette keeps `flux` there */
     pm_media media;   /* that hold the ray's origin */
     pm_emission emission;
-    double travelled; /* from the light, while there was no event */
+    double travelled; /* from the light, or from where distant light enters the scene */
     uint32_t segment;
     uint32_t events;   /* diffuse, glossy, specular and volume ones */
     uint32_t straight; /* passages since the last event */
@@ -126,9 +127,25 @@ static bool is_stood_for(const struct walk *walk, const pm_hit *hit, pm_vec3 wi)
     return weak && pm_light_stands_in(walk->tracer->world, hit, wi);
 }
 
+/* A sensor stores what comes to its front, whatever it is made of. */
+static bool is_sensed(const struct walk *walk, const pm_hit *hit)
+{
+    const struct pm_choice *choice = walk->tracer->choice;
+    return choice && choice->sensors.any && pm_vec3_dot(walk->ray.direction, hit->normal) < 0 &&
+           pm_selection_has(&choice->sensors, walk->tracer->world, hit->surface) &&
+           !pm_surface_is_hidden(walk->tracer->world, hit, &walk->media);
+}
+
+static bool is_stored(const struct walk *walk, uint32_t surface, pm_vec3 point)
+{
+    const struct pm_choice *choice = walk->tracer->choice;
+    return !choice || pm_choice_stores(choice, walk->tracer->world, surface, point);
+}
+
 static void deposit_on(struct walk *walk, const pm_hit *hit, const pm_surface *surface)
 {
-    if (!walk->events || !pm_surface_has(surface, PM_EVENT_DIFFUSE))
+    if (!walk->events || !(pm_surface_has(surface, PM_EVENT_DIFFUSE) || is_sensed(walk, hit)) ||
+        !is_stored(walk, hit->surface, hit->point))
         return;
     unsigned kinds = 1U << PM_MAP_GLOBAL;
     if (walk->specular)
@@ -222,7 +239,8 @@ static bool attenuate(struct walk *walk, const pm_medium *medium, double length)
 static bool collide(struct walk *walk, const pm_medium *medium, pm_vec3 point)
 {
     apply_focus(walk);
-    deposit(walk, 1U << PM_MAP_VOLUME, point, (pm_vec3){0, 0, 0});
+    if (is_stored(walk, PM_NO_PRIMITIVE, point))
+        deposit(walk, 1U << PM_MAP_VOLUME, point, (pm_vec3){0, 0, 0});
     if (!count_event(walk, PM_EVENT_DIFFUSE))
         return false;
     pm_rgb weight, flux = pm_rgb_mul(walk->flux, medium->albedo);
@@ -251,6 +269,18 @@ static bool escape(struct walk *walk)
     return false;
 }
 
+/* Adds a stretch to the path. False if its bound lies within: the path ends there, and counts
+ * as absorbed. */
+static bool travel(struct walk *walk, double length)
+{
+    const struct pm_choice *choice = walk->tracer->choice;
+    walk->travelled += length;
+    if (!choice || walk->travelled <= choice->max_length)
+        return true;
+    add_to(&walk->recorder->absorbed, walk->flux);
+    return false;
+}
+
 static bool step_through_medium(struct walk *walk, const pm_medium *medium)
 {
     pm_hit hit;
@@ -258,7 +288,8 @@ static bool step_through_medium(struct walk *walk, const pm_medium *medium)
     walk->ray.t_max = scatters ? draw_free_path(walk, medium) : INFINITY;
     bool met = pm_world_intersect(walk->tracer->world, &walk->ray, &hit);
     double length = met ? hit.t : walk->ray.t_max;
-    walk->travelled += length;
+    if (!travel(walk, length))
+        return false;
     if (scatters)
         weigh_free_path(walk, medium, length, !met && length < INFINITY);
     else if (met && !attenuate(walk, medium, length))
@@ -282,8 +313,7 @@ static bool step(struct walk *walk)
     if (walk->media.count && pm_media_medium(&walk->media, walk->tracer->world, &medium))
         return step_through_medium(walk,
                                    &medium); /* what was met says that the path was in it */
-    walk->travelled += hit.t;
-    return meet_surface(walk, &hit);
+    return travel(walk, hit.t) && meet_surface(walk, &hit);
 }
 
 /* A path that fails this is dropped and counted; a healthy engine has none. One non-finite part
@@ -306,6 +336,18 @@ void pm_tracer_set_replicate(struct pm_tracer *tracer, unsigned replicate)
         tracer->scramble[d] = pm_hash_u32(scramble, d);
 }
 
+/* The way to the scene's cube; 0 from within, and past it. */
+static double way_to_scene(const pm_ray *ray)
+{
+    const double origin[3] = {ray->origin.x, ray->origin.y, ray->origin.z};
+    const double direction[3] = {ray->direction.x, ray->direction.y, ray->direction.z};
+    double way = 0;
+    for (int i = 0; i < 3; i++)
+        if (fabs(origin[i]) > 1 && origin[i] * direction[i] < 0)
+            way = fmax(way, (fabs(origin[i]) - 1) / fabs(direction[i]));
+    return way;
+}
+
 /* False if no light emits. */
 static bool emit(struct walk *walk, uint32_t sobol_index)
 {
@@ -322,6 +364,8 @@ static bool emit(struct walk *walk, uint32_t sobol_index)
     walk->media.count = 0;
     if (e->from != PM_NO_PRIMITIVE)
         pm_media_at(walk->tracer->world, e->origin, &walk->media);
+    else
+        walk->travelled = -way_to_scene(&walk->ray);
     add_to(&walk->recorder->emitted, e->flux);
     return walk->reference > 0;
 }

@@ -17,6 +17,7 @@ enum { PM_EMISSION_DIMENSIONS = 5 };
 /* What every path of a run has in common. */
 struct pm_tracer {
     const pm_world *world;
+    const struct pm_choice *choice; /* NULL: everything is stored, and nothing cut off */
     uint64_t seed;
     pm_rng_purpose purpose;
     uint32_t max_events;

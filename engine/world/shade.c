@@ -149,6 +149,11 @@ pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, pm_vec3 di
     return pm_surface_part(&surface, PM_EVENT_STRAIGHT, PM_SIDE_FAR);
 }
 
+bool pm_surface_is_hidden(const pm_world *world, const pm_hit *hit, const pm_media *media)
+{
+    return media->count && pm_material_is_hidden(world, media, hit->material);
+}
+
 bool pm_surface_may_store(const pm_world *world, const pm_hit *hit)
 {
     return pm_material_is_diffuse(&world->materials[hit->material]);

@@ -200,6 +200,9 @@ bool pm_surface_photons(const pm_surface *surface, unsigned side, bool *uniform,
 #define PM_TILT_MAX 4
 pm_rgb pm_surface_photon_weight(const pm_surface *surface, pm_vec3 wi);
 
+/* Whether an antimatter in `media` hides the surface. */
+bool pm_surface_is_hidden(const pm_world *world, const pm_hit *hit, const pm_media *media);
+
 /* Whether the material of a hit has a diffuse part anywhere, so that photons may lie there. */
 bool pm_surface_may_store(const pm_world *world, const pm_hit *hit);
 

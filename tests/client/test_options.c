@@ -4,6 +4,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -72,6 +73,14 @@ static void accepted_options_change_the_request(void **state)
         {PM_VERB_RENDER, "a.rad -apg 10k", "a.rad -apg 20k"},
         {PM_VERB_RENDER, "a.rad -apg 10k", "a.rad -apg 10k 50"},
         {PM_VERB_RENDER, "a.rad", "a.rad -apc 10k"},
+        {PM_VERB_RENDER, "a.rad", "a.rad -ld 3"},
+        {PM_VERB_MKPMAP, "a.rad -apg f 1k", "a.rad -apg f 1k -ld 3"},
+        {PM_VERB_MKPMAP, "a.rad -apg f 1k", "a.rad -apg f 1k -aps wall"},
+        {PM_VERB_MKPMAP, "a.rad -apg f 1k", "a.rad -apg f 1k -ae wall"},
+        {PM_VERB_MKPMAP, "a.rad -apg f 1k -ae wall", "a.rad -apg f 1k -ae wall -ae floor"},
+        {PM_VERB_MKPMAP, "a.rad -apg f 1k -ae wall", "a.rad -apg f 1k -ai wall"},
+        {PM_VERB_MKPMAP, "a.rad -apg f 1k", "a.rad -apg f 1k -api 0 0 0 1 1 1"},
+        {PM_VERB_MKPMAP, "a.rad -apg f 1k", "a.rad -apg f 1k -apI 0 0 0 1"},
         {PM_VERB_RENDER, "a.rad", "a.rad -apv 10k"},
         {PM_VERB_RENDER, "a.rad", "a.rad -ab -1"},
         {PM_VERB_RENDER, "a.rad", "a.rad -vp 1 2 3"},
@@ -149,6 +158,18 @@ static void refused_options_say_why(void **state)
         {PM_VERB_RENDER, "a.rad -vp 1 2", "-vp: three numbers"},
         {PM_VERB_RENDER, "a.rad -vp 1 2 inf", "-vp inf"},
         {PM_VERB_RENDER, "a.rad -apg 0", "-apg 0"},
+        {PM_VERB_RENDER, "a.rad -ae wall", "dark where no photons are stored"},
+        {PM_VERB_MKPMAP, "a.rad -ld 0", "-ld 0: must be a length greater than 0"},
+        {PM_VERB_MKPMAP, "a.rad -ld nan", "-ld nan"},
+        {PM_VERB_MKPMAP, "a.rad -aps", "-aps: a modifier is missing"},
+        {PM_VERB_MKPMAP, "a.rad -ae a -ai b", "-ae or -ai alone"},
+        {PM_VERB_MKPMAP, "a.rad -api 0 0 0 1 1", "-api: a box: two corners"},
+        {PM_VERB_MKPMAP, "a.rad -api 0 0 0 1 1 0", "box of size 1 1 0"},
+        {PM_VERB_MKPMAP, "a.rad -api 0 0 0 1 1 nan", "-api nan"},
+        {PM_VERB_MKPMAP, "a.rad -apI 0 0 0 -1", "ball of radius -1"},
+        {PM_VERB_MKPMAP, "a.rad -apI 0 0 0 0", "ball of radius 0"},
+        {PM_VERB_MKPMAP, "a.rad -aE /nonexistent/names", "/nonexistent/names: cannot be read"},
+        {PM_VERB_MKPMAP, "a.rad -aE /dev/null", "/dev/null: names no modifier"},
         {PM_VERB_RENDER, "a.rad -apg 10q", "-apg 10q"},
         {PM_VERB_RENDER, "a.rad --time 0s", "--time 0s"},
         {PM_VERB_RENDER, "a.rad --error 200%", "--error 200%"},
@@ -177,14 +198,15 @@ static void every_option_of_radiance_is_refused_with_a_reason(void **state)
     } table[] = {
         {PM_VERB_RPICT, "-vtl -vth -vtc -vta -vts -ps -pt -pj -pm -pd -dj -ds -dt -dc -dr"},
         {PM_VERB_RPICT, "-dp -dv -dv- -ss -st -bv -bv+ -bv- -av -aw -ar -aa -ad -as -af"},
+        {PM_VERB_RPICT, "-api -apI -aps -apS -ld"},
         {PM_VERB_RPICT, "-ae -ai -aE -aI -am -ac -aC -me -ma -mg -ms -i -i+ -u -u- -lr"},
         {PM_VERB_RPICT, "-lw -S -o -r -ro -z -P -PP -e -defaults -apd -app"},
         {PM_VERB_RTRACE, "-f -ff -fda -fac -o -oW -ov~TmW -te -ti -tE -tI -i -u -x -y"},
         {PM_VERB_RTRACE, "-dj -ds -dt -dc -dr -dp -dv -ss -st -bv -av -aw -ar -aa -ad"},
         {PM_VERB_RTRACE, "-as -af -ae -ai -aE -aI -am -ac -aC -me -ma -mg -ms -lr -lw"},
         {PM_VERB_RTRACE, "-ld -ld+ -ld- -e -P -PP"},
-        {PM_VERB_MKPMAP, "-apd -apC -app -apD -api -apI -apM -apo -apo+ -apo- -apo0"},
-        {PM_VERB_MKPMAP, "-apO -apP -aps -apS -ae -aE -ai -aI -bv -bv- -dp -ds -e -ld"},
+        {PM_VERB_MKPMAP, "-apd -apC -app -apD -apM -apo -apo+ -apo- -apo0"},
+        {PM_VERB_MKPMAP, "-apO -apP -bv -bv- -dp -ds -e"},
         {PM_VERB_MKPMAP, "-ma -me -mg -defaults"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
@@ -246,6 +268,35 @@ static void times_and_shares_take_units(void **state)
     assert_int_equal(pm_share_parse("2 %", &value), PM_E_RANGE);
 }
 
+static void files_of_modifiers_are_read_as_the_options_themselves(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/pm_names_XXXXXX", line[256];
+    static const char words[] = "  wall floor\n\n\tceiling\r\n";
+    int file = mkstemp(path);
+    assert_true(file >= 0);
+    assert_int_equal(write(file, words, sizeof words - 1), sizeof words - 1);
+    close(file);
+    pm_options options;
+    snprintf(line, sizeof line, "a.rad -apg f 1k -ae door -aE %s -apS %s", path, path);
+    assert_int_equal(parse(PM_VERB_MKPMAP, line, &options, NULL), PM_OK);
+    assert_int_equal(options.exclude.count, 4);
+    assert_string_equal(options.exclude.names[0], "door");
+    assert_string_equal(options.exclude.names[1], "wall");
+    assert_string_equal(options.exclude.names[3], "ceiling");
+    assert_int_equal(options.sensors.count, 3);
+    assert_int_equal(options.include.count, 0);
+    pm_options_clear(&options);
+    /* beside it: the folder comes from RAYPATH */
+    setenv("RAYPATH", "/nonexistent:/tmp", 1);
+    snprintf(line, sizeof line, "a.rad -apg f 1k -aI %s", path + strlen("/tmp/"));
+    assert_int_equal(parse(PM_VERB_MKPMAP, line, &options, NULL), PM_OK);
+    assert_int_equal(options.include.count, 3);
+    pm_options_clear(&options);
+    unsetenv("RAYPATH");
+    unlink(path);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -253,6 +304,7 @@ int main(void)
         cmocka_unit_test(ambient_bounces_default_as_each_verb_promises),
         cmocka_unit_test(refused_options_say_why),
         cmocka_unit_test(every_option_of_radiance_is_refused_with_a_reason),
+        cmocka_unit_test(files_of_modifiers_are_read_as_the_options_themselves),
         cmocka_unit_test(long_options_take_their_value_behind_an_equals_sign),
         cmocka_unit_test(counts_take_suffixes),
         cmocka_unit_test(times_and_shares_take_units),

@@ -123,6 +123,54 @@ static void contradictions_name_their_member(void **state)
     assert_refused("{\"kind\": ", "body");
 }
 
+static void what_is_stored_where_is_read(void **state)
+{
+    (void)state;
+    pm_request request;
+    assert_int_equal(parse(HEAD "\"map\", \"global\": {\"count\": 5}, \"max_length\": 2.5, "
+                                "\"sensors\": [\"plane\"], \"exclude\": [\"a\", \"b\"], "
+                                "\"regions\": [{\"box\": [0, 1, 2, 3, 4, 5]}, "
+                                "{\"sphere\": [1, 2, 3, 4]}]}",
+                           &request, NULL),
+                     PM_OK);
+    const pm_forward_options *forward = &request.job.forward;
+    assert_true(forward->max_length == 2.5);
+    assert_int_equal(forward->sensors.count, 1);
+    assert_string_equal(forward->sensors.names[0], "plane");
+    assert_int_equal(forward->exclude.count, 2);
+    assert_string_equal(forward->exclude.names[1], "b");
+    assert_int_equal(forward->include.count, 0);
+    assert_int_equal(forward->region_count, 2);
+    assert_true(!forward->regions[0].is_ball && forward->regions[0].high.z == 5);
+    assert_true(forward->regions[1].is_ball && forward->regions[1].radius == 4);
+    pm_request_clear(&request);
+}
+
+#define MAP_HEAD HEAD "\"map\", \"global\": {\"count\": 5}, "
+
+static void what_is_stored_nowhere_is_refused(void **state)
+{
+    (void)state;
+    assert_refused(MAP_HEAD "\"exclude\": [\"a\"], \"include\": [\"b\"]}", "exclude");
+    assert_refused(MAP_HEAD "\"exclude\": []}", "exclude");
+    assert_refused(MAP_HEAD "\"exclude\": \"a\"}", "exclude");
+    assert_refused(MAP_HEAD "\"exclude\": [\"a\", 5]}", "exclude[1]");
+    assert_refused(MAP_HEAD "\"sensors\": [\"\"]}", "sensors[0]");
+    assert_refused(MAP_HEAD "\"regions\": [{}]}", "regions");
+    assert_refused(MAP_HEAD "\"regions\": [{\"box\": [0, 0, 0, 1, 1]}]}", "regions[0].box");
+    assert_refused(MAP_HEAD "\"regions\": [{\"cube\": [0, 0, 0, 1]}]}", "regions[0].cube");
+    assert_refused(MAP_HEAD "\"regions\": [{\"box\": [0, 0, 0, 1, 1, 0]}]}", "regions");
+    assert_refused(MAP_HEAD "\"regions\": [{\"sphere\": [0, 0, 0, -1]}]}", "regions");
+    assert_refused(MAP_HEAD "\"regions\": [{\"sphere\": [0, 0, 0, 1], "
+                            "\"box\": [0, 0, 0, 1, 1, 1]}]}",
+                   "regions");
+    assert_refused(MAP_HEAD "\"max_length\": 0}", "max_length");
+    assert_refused(MAP_HEAD "\"max_length\": -1}", "max_length");
+    assert_refused(HEAD "\"render\", \"exclude\": [\"a\"]}", "exclude");
+    assert_refused(HEAD "\"render\", \"sensors\": [\"a\"]}", "sensors");
+    assert_refused(HEAD "\"render\", \"regions\": [{\"sphere\": [0, 0, 0, 1]}]}", "regions");
+}
+
 static void members_without_meaning_are_refused_not_ignored(void **state)
 {
     (void)state;
@@ -200,6 +248,8 @@ int main(void)
         cmocka_unit_test(pixels_need_not_be_square),
         cmocka_unit_test(naming_a_map_makes_a_job_of_nearest_photons),
         cmocka_unit_test(contradictions_name_their_member),
+        cmocka_unit_test(what_is_stored_where_is_read),
+        cmocka_unit_test(what_is_stored_nowhere_is_refused),
         cmocka_unit_test(members_without_meaning_are_refused_not_ignored),
         cmocka_unit_test(sensors_come_a_line_each_in_order),
         cmocka_unit_test(bad_sensors_name_line_and_column),
