@@ -7,9 +7,8 @@
 /* Raise it whenever a stored byte of any photon can change for the same scene and options. */
 enum { FORMAT_VERSION = 4 };
 
-/* What proposes the surfaces that a ray may meet (world/rays.c) before they are tested in
- * double. */
-static const char ray_kernel[] = "embree-3.13 avx2 robust";
+/* What decides which surface a ray meets (world/rays.h): the tree has no say in it. */
+static const char ray_kernel[] = "exact in double";
 
 /* The digest's input, little-endian. */
 struct canonical {

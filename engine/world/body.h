@@ -16,7 +16,7 @@
 /* Instances may lie in instances so deep. */
 enum { PM_INSTANCE_DEPTH = 32 };
 
-struct pm_tree; /* rays.c */
+struct pm_ray_tree; /* ray_tree.h */
 
 /* Where a body is in another one. */
 struct pm_instance {
@@ -61,7 +61,7 @@ struct pm_body {
     uint32_t count;     /* of surfaces, instances' included */
     bool empty;
     struct pm_tally tally; /* of all, where nothing replaces their materials */
-    struct pm_tree *tree;
+    struct pm_ray_tree *tree;
 };
 
 /* Where a surface of the world is. */

@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+#include <immintrin.h>
+
 #include "base/morton.h"
 #include "base/radix.h"
 #include "world/watertight.h"
@@ -156,23 +158,57 @@ void pm_pieces_clear(struct pm_pieces *pieces)
 
 /* ---- the exact test ---- */
 
+/* The sides of the four edges and of the diagonal from corner 2 to corner 0, as pm_edge gives
+ * them. */
+static void exact_sides(const double x[4], const double y[4], double out[5])
+{
+    for (int i = 0; i < 4; i++)
+        out[i] = pm_edge(x[i], y[i], x[(i + 1) & 3], y[(i + 1) & 3]);
+    out[4] = pm_edge(x[2], y[2], x[0], y[0]);
+}
+
+static bool passes_exactly(const double x[4], const double y[4])
+{
+    double e[5];
+    exact_sides(x, y, e);
+    return pm_edges_agree(e[0], e[1], e[4]) || pm_edges_agree(e[2], e[3], -e[4]);
+}
+
+/* All corners at once; only where a sign is in doubt are edges taken one by one. */
 static bool passes_through(const struct pm_piece *p, const struct pm_probe *q)
 {
-    double x[4], y[4];
-    const double *px = p->corner[q->axis[0]], *py = p->corner[q->axis[1]];
-    const double *pz = p->corner[q->axis[2]];
-    const double ox = q->o[q->axis[0]], oy = q->o[q->axis[1]], oz = q->o[q->axis[2]];
-    for (int i = 0; i < 4; i++) {
-        double z = pz[i] - oz;
-        x[i] = (px[i] - ox) - q->shear[0] * z;
-        y[i] = (py[i] - oy) - q->shear[1] * z;
+    const int *axis = q->axis;
+    const __m256d sign = _mm256_set1_pd(-0.0);
+    __m256d x = _mm256_load_pd(p->corner[axis[0]]), y = _mm256_load_pd(p->corner[axis[1]]);
+    __m256d z = _mm256_load_pd(p->corner[axis[2]]);
+    z = _mm256_sub_pd(z, _mm256_set1_pd(q->o[axis[2]]));
+    x = _mm256_sub_pd(x, _mm256_set1_pd(q->o[axis[0]]));
+    y = _mm256_sub_pd(y, _mm256_set1_pd(q->o[axis[1]]));
+    x = _mm256_sub_pd(x, _mm256_mul_pd(_mm256_set1_pd(q->shear[0]), z));
+    y = _mm256_sub_pd(y, _mm256_mul_pd(_mm256_set1_pd(q->shear[1]), z));
+    __m256d next_x = _mm256_permute4x64_pd(x, 0x39), next_y = _mm256_permute4x64_pd(y, 0x39);
+    __m256d a = _mm256_mul_pd(x, next_y), b = _mm256_mul_pd(y, next_x);
+    __m256d size = _mm256_add_pd(_mm256_andnot_pd(sign, a), _mm256_andnot_pd(sign, b));
+    __m256d edges = _mm256_sub_pd(a, b);
+    __m256d doubt = _mm256_cmp_pd(_mm256_andnot_pd(sign, edges),
+                                  _mm256_mul_pd(_mm256_set1_pd(0x1p-51), size), _CMP_LE_OQ);
+    __m256d far_x = _mm256_permute4x64_pd(x, 0x0E), far_y = _mm256_permute4x64_pd(y, 0x0E);
+    double c = _mm256_cvtsd_f64(far_x) * _mm256_cvtsd_f64(y);
+    double d = _mm256_cvtsd_f64(far_y) * _mm256_cvtsd_f64(x), diagonal = c - d;
+    __m256d same = _mm256_and_pd(_mm256_cmp_pd(x, next_x, _CMP_EQ_OQ),
+                                 _mm256_cmp_pd(y, next_y, _CMP_EQ_OQ));
+    unsigned single = (unsigned)_mm256_movemask_pd(same) & 8; /* corner 3 is corner 0 */
+    if ((unsigned)_mm256_movemask_pd(doubt) & ~single ||
+        fabs(diagonal) <= 0x1p-51 * (fabs(c) + fabs(d))) {
+        alignas(32) double all_x[4], all_y[4];
+        _mm256_store_pd(all_x, x);
+        _mm256_store_pd(all_y, y);
+        return passes_exactly(all_x, all_y);
     }
-    double diagonal = pm_edge(x[2], y[2], x[0], y[0]);
-    if (pm_edges_agree(pm_edge(x[0], y[0], x[1], y[1]), pm_edge(x[1], y[1], x[2], y[2]),
-                       diagonal))
-        return true;
-    return pm_edges_agree(pm_edge(x[2], y[2], x[3], y[3]), pm_edge(x[3], y[3], x[0], y[0]),
-                          -diagonal);
+    /* no edge is 0 here: a triangle's three signs are equal or not */
+    unsigned signs = (unsigned)_mm256_movemask_pd(edges) | (diagonal < 0 ? 0x10U : 0);
+    unsigned first = signs & 0x13, second = (signs ^ 0x10) & 0x1C;
+    return first == 0 || first == 0x13 || (!single && (second == 0 || second == 0x1C));
 }
 
 /* Along a plane the quotient of two roundings can be anything; the hit still lies within the
@@ -202,10 +238,11 @@ bool pm_probe_piece(struct pm_probe *q, const struct pm_pieces *pieces, uint32_t
             t = clamp_grazing(p, q, t);
         along = pm_probe_along(q, t);
     }
-    if (!pm_probe_wants(q, along, cosine) || !passes_through(p, q) ||
-        !pm_probe_sees(q, owner->material))
-        return false;
     struct pm_ray_key key =
         pm_ray_key_make(along, q->base + owner->group, owner->layer, owner->flipped, cosine);
-    return pm_probe_offer(q, &key, owner->shape, index);
+    if (!pm_probe_wants(q, along, cosine) || !pm_probe_accepts(q, &key) ||
+        !passes_through(p, q) || !pm_probe_sees(q, owner->material))
+        return false;
+    pm_probe_take(q, &key, owner->shape, index);
+    return true;
 }

@@ -38,9 +38,12 @@ static bool enter_cube(struct pm_probe *q, double *entry)
 static void set_shear(struct pm_probe *q)
 {
     const double d[3] = {q->direction.x, q->direction.y, q->direction.z};
-    int z = fabs(d[1]) > fabs(d[0]) ? 1 : 0;
-    z = fabs(d[2]) > fabs(d[z]) ? 2 : z;
-    int x = (z + 1) % 3, y = (z + 2) % 3;
+    static const int after[4] = {1, 2, 0, 1};
+    double size[3] = {fabs(d[0]), fabs(d[1]), fabs(d[2])};
+    int z = size[1] > size[0];
+    double most = size[1] > size[0] ? size[1] : size[0];
+    z = size[2] > most ? 2 : z;
+    int x = after[z], y = after[z + 1];
     q->axis[0] = x;
     q->axis[1] = y;
     q->axis[2] = z;
@@ -56,7 +59,8 @@ static void set_shear(struct pm_probe *q)
 static void start_on_shape(struct pm_probe *q, const struct pm_probe *at, uint32_t local)
 {
     const struct pm_shape *s = &at->body->shapes[local];
-    double cosine = pm_vec3_dot(pm_shape_normal(s, at->origin), at->direction);
+    pm_vec3 normal = pm_shape_is_planar(s) ? s->axis : pm_shape_normal(s, at->origin);
+    double cosine = pm_vec3_dot(normal, at->direction);
     q->from_group = at->base + s->group;
     q->after = pm_ray_key_make(0, q->from_group, s->layer, s->flipped, cosine);
 }
@@ -95,17 +99,23 @@ static void set_start(struct pm_probe *q, uint32_t from)
         start_on_shape(q, &at, place.local);
 }
 
+static bool is_ray(const pm_ray *ray)
+{
+    pm_vec3 o = ray->origin, d = ray->direction;
+    double size =
+        fabs(d.x) + fabs(d.y) + fabs(d.z); /* one part that is no number makes it so */
+    return ray->t_max > 0 && size > 0 && isfinite(size + (fabs(o.x) + fabs(o.y) + fabs(o.z)));
+}
+
 bool pm_probe_init(struct pm_probe *q, const pm_world *world, const pm_ray *ray)
 {
-    if (!pm_vec3_finite(ray->origin) || !pm_vec3_finite(ray->direction) || !(ray->t_max > 0) ||
-        (ray->direction.x == 0 && ray->direction.y == 0 && ray->direction.z == 0) ||
-        world->main->count == 0)
+    if (!is_ray(ray) || world->main->count == 0)
         return false;
     q->body = world->main;
     q->origin = ray->origin;
     q->direction = ray->direction;
     q->entry = q->main_entry = 0;
-    q->unit = 1;
+    q->unit = q->inverse_unit = 1;
     q->base = 0;
     q->material = PM_NO_PRIMITIVE;
     q->limit = ray->t_max;
@@ -139,6 +149,7 @@ bool pm_probe_enter(struct pm_probe *inner, const struct pm_probe *outer,
     inner->direction = pm_vec3_normalize(pm_instance_direction_in(instance, outer->direction));
     inner->entry = outer->entry / instance->unit;
     inner->unit = outer->unit * instance->unit;
+    inner->inverse_unit = 1 / inner->unit;
     inner->base = outer->base + instance->first;
     inner->tolerance = outer->tolerance + inner->unit * instance->body->tolerance;
     if (inner->material == PM_NO_PRIMITIVE)

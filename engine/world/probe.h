@@ -12,8 +12,8 @@ struct pm_probe {
     const struct pm_body *body;
     pm_vec3 origin, direction; /* in the body's coordinates, the origin moved into its cube */
     double entry; /* how far the origin was moved, in the body's units (not the main body's) */
-    double unit;  /* the body's unit of length */
-    double o[3];  /* origin */
+    double unit, inverse_unit; /* the body's unit of length */
+    double o[3];               /* origin */
     double shear[2];
     int axis[3]; /* the direction's greatest axis last; the other two span the sheared plane */
     uint32_t base;     /* number of the body's first surface */
@@ -112,19 +112,31 @@ static inline bool pm_probe_wants(const struct pm_probe *probe, double t, double
            !pm_probe_is_at_start(probe, t, cosine);
 }
 
-/* Takes the hit if it is the best so far; `local` is its surface's number in the body. At t =
- * 0 only what coincides with the surface that
- * the ray starts from counts, and of that what lies ahead. */
-static inline bool pm_probe_offer(struct pm_probe *probe, const struct pm_ray_key *key,
-                                  uint32_t local, uint32_t piece)
+/* Whether the hit is the best so far. At t = 0 only what coincides with the surface that the
+ * ray starts from counts, and of that what lies ahead. */
+static inline bool pm_probe_accepts(const struct pm_probe *probe, const struct pm_ray_key *key)
 {
     if (!(key->t > 0 || (key->t == 0 && key->group == probe->from_group)))
         return false;
-    if (!pm_ray_key_precedes(&probe->after, key) || !pm_ray_key_precedes(key, &probe->best))
-        return false;
+    return pm_ray_key_precedes(&probe->after, key) && pm_ray_key_precedes(key, &probe->best);
+}
+
+/* `local` is its surface's number in the body. */
+static inline void pm_probe_take(struct pm_probe *probe, const struct pm_ray_key *key,
+                                 uint32_t local, uint32_t piece)
+{
     probe->best = *key;
     probe->best_surface = probe->base + local;
     probe->best_piece = piece;
+}
+
+/* Takes the hit if it is the best so far. */
+static inline bool pm_probe_offer(struct pm_probe *probe, const struct pm_ray_key *key,
+                                  uint32_t local, uint32_t piece)
+{
+    if (!pm_probe_accepts(probe, key))
+        return false;
+    pm_probe_take(probe, key, local, piece);
     return true;
 }
 

@@ -2,291 +2,340 @@
 
 #include <stdlib.h>
 
-#include <embree3/rtcore.h>
+#include <immintrin.h>
 
 #include "world/mesh_body.h"
-#include "world/pieces.h"
 #include "world/probe.h"
-
-/* What rays walk through in a body. */
-struct pm_tree {
-    RTCScene scene;
-    const struct pm_body *body;
-    struct pm_pieces pieces;
-    uint32_t *round; /* shapes that are not polygons */
-    size_t round_count;
-};
+#include "world/ray_tree.h"
 
 struct pm_rays {
-    RTCDevice device;
-    struct pm_tree *trees; /* of the world's bodies, in their order */
+    void *builder;
+    struct pm_ray_tree *trees; /* of the world's bodies, in their order */
     size_t count;
 };
 
-/* Embree hands the context of a query to the callbacks. */
-struct query {
-    struct RTCIntersectContext context; /* first */
-    struct pm_probe probe;
+/* ---- a ray in float ----
+ *
+ * Every bound below errs to the side of testing too much. */
+
+/* The ray as boxes and triangles of a tree see it. */
+struct lanes {
+    __m256 origin[3], near[3], far[3]; /* inverse direction, a little short and a little long */
+    unsigned signs;                    /* bits of the negative directions */
+    __m256 turned[3], shear[2], depth; /* as the exact tests see it (watertight.h): its greatest
+                                          direction last; depth: inverse of that */
+    int axis[3];
+    __m256i from; /* number in the body of the surface that it starts from, or none */
 };
-
-/* Boxes are widened by this. A ray starts in the cube [-1, 1]^3 (and PM_CUBE_MARGIN) when it is
- * rounded to float: its origin is then off by at most 2^-25 a coordinate, its direction by
- * 2^-25, which over at most 2 sqrt(3) is 3.5 * 2^-25. Together less than 5 * 2^-25, and the box
- * is rounded by 2^-24 at most; Embree's robust traversal covers its own rounding. */
-#define BOX_MARGIN 0x1p-22
-
-/* ---- boxes ---- */
-
-static void set_bounds(struct RTCBounds *b, pm_vec3 low, pm_vec3 high)
-{
-    b->lower_x = (float)(low.x - BOX_MARGIN);
-    b->lower_y = (float)(low.y - BOX_MARGIN);
-    b->lower_z = (float)(low.z - BOX_MARGIN);
-    b->upper_x = (float)(high.x + BOX_MARGIN);
-    b->upper_y = (float)(high.y + BOX_MARGIN);
-    b->upper_z = (float)(high.z + BOX_MARGIN);
-}
-
-static pm_vec3 corner(const struct pm_piece *p, int i)
-{
-    return pm_vec3_make(p->corner[0][i], p->corner[1][i], p->corner[2][i]);
-}
-
-static void piece_bounds(const struct RTCBoundsFunctionArguments *args)
-{
-    const struct pm_tree *tree = args->geometryUserPtr;
-    const struct pm_piece *p = &tree->pieces.piece[args->primID];
-    pm_vec3 low = corner(p, 0), high = low;
-    for (int i = 1; i < 4; i++) {
-        low = pm_vec3_min(low, corner(p, i));
-        high = pm_vec3_max(high, corner(p, i));
-    }
-    set_bounds(args->bounds_o, low, high);
-}
-
-static void round_bounds(const struct RTCBoundsFunctionArguments *args)
-{
-    const struct pm_tree *tree = args->geometryUserPtr;
-    const struct pm_shape *s = &tree->body->shapes[tree->round[args->primID]];
-    set_bounds(args->bounds_o, s->low, s->high);
-}
-
-static void triangle_bounds(const struct RTCBoundsFunctionArguments *args)
-{
-    const struct pm_tree *tree = args->geometryUserPtr;
-    pm_vec3 low, high;
-    pm_mesh_body_bounds(&tree->body->mesh, args->primID, &low, &high);
-    set_bounds(args->bounds_o, low, high);
-}
-
-static void instance_bounds(const struct RTCBoundsFunctionArguments *args)
-{
-    const struct pm_tree *tree = args->geometryUserPtr;
-    pm_vec3 low, high;
-    pm_instance_bounds(&tree->body->instances[args->primID], &low, &high);
-    set_bounds(args->bounds_o, low, high);
-}
-
-/* ---- rays in a tree ---- */
 
 /* Every box that holds a hit at t or before must still be visited. */
 static float float_end(double t)
 {
-    return (float)(t * (1 + BOX_MARGIN) + BOX_MARGIN);
+    return (float)(t * (1 + PM_TREE_MARGIN) + PM_TREE_MARGIN);
 }
 
 /* Where the walk through the tree may end. */
 static float tree_end(const struct pm_probe *p)
 {
-    return float_end(pm_probe_local(p, fmin(p->limit, p->best.t)));
+    double end = p->limit < p->best.t ? p->limit : p->best.t;
+    return float_end(end * p->inverse_unit - p->entry);
 }
 
-static struct RTCRay float_ray(const struct pm_probe *p)
+/* A direction so small makes no difference over the whole cube, and its inverse no NaN. */
+static inline __m128 without_zeros(__m128 d)
 {
-    return (struct RTCRay){.org_x = (float)p->origin.x,
-                           .org_y = (float)p->origin.y,
-                           .org_z = (float)p->origin.z,
-                           .dir_x = (float)p->direction.x,
-                           .dir_y = (float)p->direction.y,
-                           .dir_z = (float)p->direction.z,
-                           .tfar = tree_end(p),
-                           .mask = UINT32_MAX};
+    const __m128 sign = _mm_set1_ps(-0.0F), least = _mm_set1_ps(0x1p-60F);
+    return _mm_or_ps(_mm_max_ps(_mm_andnot_ps(sign, d), least), _mm_and_ps(sign, d));
 }
 
-static void find_closest(struct query *q)
+static inline __m256 spread(__m128 v, int i)
 {
-    struct RTCRayHit rayhit = {.ray = float_ray(&q->probe),
-                               .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
-    rtcInitIntersectContext(&q->context);
-    rtcIntersect1(q->probe.body->tree->scene, &q->context, &rayhit);
+    return _mm256_permutevar8x32_ps(_mm256_castps128_ps256(v), _mm256_set1_epi32(i));
 }
 
-static void find_any(struct query *q)
+static inline void set_lanes(struct lanes *l, const struct pm_probe *p)
 {
-    struct RTCRay ray = float_ray(&q->probe);
-    rtcInitIntersectContext(&q->context);
-    rtcOccluded1(q->probe.body->tree->scene, &q->context, &ray);
+    __m128 origin = _mm_setr_ps((float)p->o[0], (float)p->o[1], (float)p->o[2], 0);
+    __m128 direction =
+        _mm_setr_ps((float)p->direction.x, (float)p->direction.y, (float)p->direction.z, 1);
+    __m128 inverse = _mm_div_ps(_mm_set1_ps(1), without_zeros(direction));
+    __m128 near = _mm_mul_ps(inverse, _mm_set1_ps(1 - 0x1p-22F));
+    __m128 far = _mm_mul_ps(inverse, _mm_set1_ps(1 + 0x1p-22F));
+    l->signs = (unsigned)_mm_movemask_ps(inverse);
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; i++) {
+        l->origin[i] = spread(origin, i);
+        l->near[i] = spread(near, i);
+        l->far[i] = spread(far, i);
+        l->axis[i] = p->axis[i];
+        l->turned[i] = spread(origin, p->axis[i]);
+    }
+    l->shear[0] = _mm256_set1_ps((float)p->shear[0]);
+    l->shear[1] = _mm256_set1_ps((float)p->shear[1]);
+    l->depth = spread(inverse, p->axis[2]);
+    bool own = p->from != PM_NO_PRIMITIVE && !p->foreign;
+    l->from = _mm256_set1_epi32(own ? (int)(p->from - p->base) : -2);
 }
+
+/* ---- boxes ---- */
+
+static inline __m256 slab(const struct pm_tree_node *node, const struct lanes *l, int axis,
+                          unsigned high, __m256 inverse)
+{
+    __m256 bound = _mm256_load_ps(node->bound[high][axis]);
+    return _mm256_mul_ps(_mm256_sub_ps(bound, l->origin[axis]), inverse);
+}
+
+/* Bits of the children whose boxes the ray meets before `end`; where it enters them. The
+ * inverses differ from the direction's by more than rounding does (Ize, "Robust BVH ray
+ * traversal", JCGT 2(2), 2013). */
+static inline unsigned enter_boxes(const struct pm_tree_node *node, const struct lanes *l,
+                                   float end, float entry[PM_TREE_WIDTH])
+{
+    __m256 in = _mm256_setzero_ps(), out = _mm256_set1_ps(end);
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; i++) {
+        unsigned negative = l->signs >> i & 1;
+        in = _mm256_max_ps(slab(node, l, i, negative, l->near[i]), in);
+        out = _mm256_min_ps(slab(node, l, i, !negative, l->far[i]), out);
+    }
+    _mm256_store_ps(entry, in);
+    return (unsigned)_mm256_movemask_ps(_mm256_cmp_ps(in, out, _CMP_LE_OQ));
+}
+
+/* ---- triangles ---- */
+
+/* Corners are off by at most 4 * 2^-22 after the shear: rounded by 2^-24, the origin too, their
+ * difference by 2^-23, and what the shear adds is less than twice that. */
+#define CORNER_ERROR 0x1p-20F
+
+static inline __m256 absolute(__m256 v)
+{
+    return _mm256_andnot_ps(_mm256_set1_ps(-0.0F), v);
+}
+
+/* Three corners seen along the ray, which is the z axis. */
+struct sheared {
+    __m256 x[3], y[3], t[3], reach;
+};
+
+static inline void shear(const struct pm_tree_leaf *leaf, const struct lanes *l,
+                         struct sheared *s)
+{
+    const int *axis = l->axis;
+    s->reach = _mm256_setzero_ps();
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; i++) {
+        __m256 z = _mm256_sub_ps(_mm256_load_ps(leaf->corner[i][axis[2]]), l->turned[2]);
+        __m256 x = _mm256_sub_ps(_mm256_load_ps(leaf->corner[i][axis[0]]), l->turned[0]);
+        __m256 y = _mm256_sub_ps(_mm256_load_ps(leaf->corner[i][axis[1]]), l->turned[1]);
+        s->x[i] = _mm256_fnmadd_ps(l->shear[0], z, x);
+        s->y[i] = _mm256_fnmadd_ps(l->shear[1], z, y);
+        s->t[i] = _mm256_mul_ps(z, l->depth);
+        __m256 reach = _mm256_add_ps(absolute(s->x[i]), absolute(s->y[i]));
+        s->reach = _mm256_add_ps(s->reach, reach);
+    }
+}
+
+/* The side of the ray on which an edge passes. */
+static inline __m256 edge(const struct sheared *s, int i, int k)
+{
+    return _mm256_fmsub_ps(s->x[i], s->y[k], _mm256_mul_ps(s->y[i], s->x[k]));
+}
+
+/* Bit of the flat surface that the ray starts from: it meets that nowhere else. */
+static inline unsigned itself(const struct pm_tree_leaf *leaf, const struct lanes *l)
+{
+    __m256i surface = _mm256_load_si256((const __m256i *)leaf->surface);
+    __m256i same = _mm256_cmpeq_epi32(surface, l->from);
+    return (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(same));
+}
+
+/* What is no triangle may be met where its box is. */
+static unsigned candidate_boxes(const struct pm_tree_leaf *leaf, const struct lanes *l,
+                                float end, float start[PM_TREE_WIDTH], __m256 low)
+{
+    unsigned bits = enter_boxes(leaf->boxes, l, end, start);
+    __m256 entry = _mm256_load_ps(start);
+    __m256 round = _mm256_cmp_ps(_mm256_load_ps(leaf->corner[0][0]), low, _CMP_UNORD_Q);
+    _mm256_store_ps(start, _mm256_blendv_ps(low, entry, round));
+    return bits;
+}
+
+/* Bits of the triangles that the ray may pass through before `end`, and from where on. Woop et
+ * al. (watertight.h): the ray is outside if edges lie on both of its sides, each by more than
+ * it may be off. Where it passes is the mean of the corners' places weighted by the edges; if
+ * the weights' sum is surely not 0, that is off by no more than the sum of the errors over it,
+ * times the corners' distance. */
+static inline unsigned candidates(const struct pm_tree_leaf *leaf, const struct lanes *l,
+                                  float end, float start[PM_TREE_WIDTH])
+{
+    struct sheared s;
+    shear(leaf, l, &s);
+    __m256 u = edge(&s, 1, 2), v = edge(&s, 2, 0), w = edge(&s, 0, 1);
+    __m256 error =
+        _mm256_fmadd_ps(s.reach, _mm256_set1_ps(2 * CORNER_ERROR), _mm256_set1_ps(0x1p-38F));
+    __m256 least = _mm256_min_ps(_mm256_min_ps(u, v), w);
+    __m256 most = _mm256_max_ps(_mm256_max_ps(u, v), w);
+    __m256 missed = _mm256_and_ps(
+        _mm256_cmp_ps(most, error, _CMP_GT_OQ),
+        _mm256_cmp_ps(_mm256_add_ps(least, error), _mm256_setzero_ps(), _CMP_LT_OQ));
+
+    __m256 sum = _mm256_add_ps(_mm256_add_ps(u, v), w);
+    __m256 mean =
+        _mm256_fmadd_ps(w, s.t[2], _mm256_fmadd_ps(v, s.t[1], _mm256_mul_ps(u, s.t[0])));
+    __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1), sum);
+    __m256 off = _mm256_mul_ps(error, absolute(inverse)); /* a third of the edges' errors */
+    __m256 sure = _mm256_cmp_ps(off, _mm256_set1_ps(1.F / 16), _CMP_LT_OQ);
+    __m256 first = _mm256_min_ps(_mm256_min_ps(s.t[0], s.t[1]), s.t[2]);
+    __m256 last = _mm256_max_ps(_mm256_max_ps(s.t[0], s.t[1]), s.t[2]);
+    __m256 wide = _mm256_fmadd_ps(_mm256_mul_ps(off, _mm256_set1_ps(4)),
+                                  _mm256_sub_ps(last, first), _mm256_set1_ps(CORNER_ERROR));
+    __m256 t = _mm256_mul_ps(mean, inverse);
+    first = _mm256_blendv_ps(first, t, sure);
+    last = _mm256_blendv_ps(last, t, sure);
+    first = _mm256_sub_ps(first, wide);
+    last = _mm256_add_ps(last, wide);
+    missed = _mm256_or_ps(missed, _mm256_cmp_ps(last, _mm256_setzero_ps(), _CMP_LT_OQ));
+    missed = _mm256_or_ps(missed, _mm256_cmp_ps(first, _mm256_set1_ps(end), _CMP_GT_OQ));
+    _mm256_store_ps(start, first);
+    unsigned met = ~(unsigned)_mm256_movemask_ps(missed) & leaf->lanes & ~itself(leaf, l);
+    if (leaf->boxes)
+        met &= candidate_boxes(leaf, l, end, start, first);
+    return met;
+}
+
+/* ---- through a tree ---- */
+
+static bool walk(struct pm_probe *q, bool any);
 
 /* Goes on in an instance's body; what is found there comes back. Instances within instances do
  * so PM_INSTANCE_DEPTH deep at most. */
-static bool probe_instance(struct pm_probe *outer, const struct pm_instance *instance,
-                           void (*find)(struct query *q))
+static bool probe_instance(struct pm_probe *outer, const struct pm_instance *instance, bool any)
 {
-    struct query q;
-    if (!pm_probe_enter(&q.probe, outer, instance))
+    struct pm_probe inner;
+    if (!pm_probe_enter(&inner, outer, instance) || !walk(&inner, any) ||
+        !pm_ray_key_precedes(&inner.best, &outer->best))
         return false;
-    float end = tree_end(&q.probe);
-    if (end < 0)
-        return false;
-    find(&q);
-    if (!pm_ray_key_precedes(&q.probe.best, &outer->best))
-        return false;
-    outer->best = q.probe.best;
-    outer->best_surface = q.probe.best_surface;
-    outer->best_piece = q.probe.best_piece;
+    outer->best = inner.best;
+    outer->best_surface = inner.best_surface;
+    outer->best_piece = inner.best_piece;
     return true;
 }
 
-/* What a callback of Embree's tests: a piece, a round shape, a triangle or an instance. */
-typedef bool probe_function(struct query *q, const struct pm_tree *tree, uint32_t index,
-                            void (*find)(struct query *q));
-
-static bool probe_piece(struct query *q, const struct pm_tree *tree, uint32_t index,
-                        void (*find)(struct query *q))
+/* The exact test of an item. True if it is the best so far. */
+static bool probe_item(struct pm_probe *q, const struct pm_ray_tree *tree, uint32_t item,
+                       bool any)
 {
-    (void)find;
-    return pm_probe_piece(&q->probe, &tree->pieces, index);
+    if (item < tree->flat_count)
+        return tree->body->mesh.mesh ? pm_probe_triangle(q, item)
+                                     : pm_probe_piece(q, &tree->pieces, item);
+    item -= tree->flat_count;
+    if (item < tree->round_count)
+        return pm_probe_shape(q, tree->round[item]);
+    return probe_instance(q, &tree->body->instances[item - tree->round_count], any);
 }
 
-static bool probe_round(struct query *q, const struct pm_tree *tree, uint32_t index,
-                        void (*find)(struct query *q))
+/* Takes the bit of the least number. */
+static inline int take_nearest(unsigned *bits, const float *start)
 {
-    (void)find;
-    return pm_probe_shape(&q->probe, tree->round[index]);
+    int best = __builtin_ctz(*bits);
+    for (unsigned rest = *bits & (*bits - 1); rest; rest &= rest - 1) {
+        int i = __builtin_ctz(rest);
+        best = start[i] < start[best] ? i : best;
+    }
+    *bits &= ~(1U << best);
+    return best;
 }
 
-static bool probe_triangle(struct query *q, const struct pm_tree *tree, uint32_t index,
-                           void (*find)(struct query *q))
+/* Tests what may be met in leaves that lie one after the other, the nearest first; *end moves
+ * with the best hit. */
+static inline bool probe_leaves(struct pm_probe *q, const struct pm_tree_leaf *leaves,
+                                unsigned bits, const float *start, float *end, bool any)
 {
-    (void)tree, (void)find;
-    return pm_probe_triangle(&q->probe, index);
+    bool found = false;
+    while (bits) {
+        int i = take_nearest(&bits, start);
+        if (start[i] > *end)
+            break;
+        uint32_t item = leaves[i / PM_TREE_WIDTH].item[i % PM_TREE_WIDTH];
+        if (!probe_item(q, q->body->tree, item, any))
+            continue;
+        found = true;
+        if (any)
+            break;
+        *end = tree_end(q);
+    }
+    return found;
 }
 
-static bool probe_placed(struct query *q, const struct pm_tree *tree, uint32_t index,
-                         void (*find)(struct query *q))
+/* A subtree put off. */
+struct later {
+    pm_tree_link link;
+    float entry;
+};
+
+/* Puts the children that are met onto the stack, the nearest on top. */
+static inline struct later *put_off(struct later *top, const struct pm_tree_node *node,
+                                    unsigned bits, const float entry[PM_TREE_WIDTH])
 {
-    return probe_instance(&q->probe, &tree->body->instances[index], find);
+    struct later *first = top;
+    for (; bits; bits &= bits - 1) {
+        int i = __builtin_ctz(bits);
+        struct later child = {node->child[i], entry[i]}, *place = top++;
+        for (; place > first && place[-1].entry < child.entry; place--)
+            *place = place[-1];
+        *place = child;
+    }
+    return top;
 }
 
-static inline void intersect(const struct RTCIntersectFunctionNArguments *args,
-                             probe_function *probe)
+/* All leaves are looked at before anything is tested: no one waits for another. */
+static bool walk_few(struct pm_probe *q, const struct lanes *l, float end, bool any)
 {
-    struct query *q = (struct query *)args->context;
-    if (probe(q, args->geometryUserPtr, args->primID, find_closest))
-        ((struct RTCRayHit *)args->rayhit)->ray.tfar = tree_end(&q->probe);
+    const struct pm_ray_tree *tree = q->body->tree;
+    alignas(32) float start[PM_TREE_FEW];
+    unsigned bits = 0;
+    for (uint32_t i = 0; i < tree->few_count; i++)
+        bits |= candidates(&tree->few[i], l, end, start + i * PM_TREE_WIDTH)
+                << i * PM_TREE_WIDTH;
+    return probe_leaves(q, tree->few, bits, start, &end, any);
 }
 
-/* The first hit will do: a negative end stops the walk. */
-static inline void occluded(const struct RTCOccludedFunctionNArguments *args,
-                            probe_function *probe)
+static bool walk_tree(struct pm_probe *q, const struct lanes *l, float end, bool any)
 {
-    struct query *q = (struct query *)args->context;
-    if (probe(q, args->geometryUserPtr, args->primID, find_any))
-        ((struct RTCRay *)args->ray)->tfar = -INFINITY;
+    struct later stack[PM_TREE_STACK], *top = stack;
+    alignas(32) float entry[PM_TREE_WIDTH];
+    bool found = false;
+    *top++ = (struct later){q->body->tree->root, 0};
+    while (top > stack && !(found && any)) {
+        struct later at = *--top;
+        if (at.entry > end)
+            continue;
+        if (at.link & 1) {
+            const struct pm_tree_leaf *leaf = (const struct pm_tree_leaf *)(at.link - 1);
+            unsigned bits = candidates(leaf, l, end, entry);
+            found |= probe_leaves(q, leaf, bits, entry, &end, any);
+        } else {
+            const struct pm_tree_node *node = (const struct pm_tree_node *)at.link;
+            top = put_off(top, node, enter_boxes(node, l, end, entry), entry);
+        }
+    }
+    return found;
 }
 
-static void intersect_piece(const struct RTCIntersectFunctionNArguments *args)
+/* Finds the best hit, or any. True if one was found. */
+static bool walk(struct pm_probe *q, bool any)
 {
-    intersect(args, probe_piece);
-}
-
-static void occluded_piece(const struct RTCOccludedFunctionNArguments *args)
-{
-    occluded(args, probe_piece);
-}
-
-static void intersect_round(const struct RTCIntersectFunctionNArguments *args)
-{
-    intersect(args, probe_round);
-}
-
-static void occluded_round(const struct RTCOccludedFunctionNArguments *args)
-{
-    occluded(args, probe_round);
-}
-
-static void intersect_triangle(const struct RTCIntersectFunctionNArguments *args)
-{
-    intersect(args, probe_triangle);
-}
-
-static void occluded_triangle(const struct RTCOccludedFunctionNArguments *args)
-{
-    occluded(args, probe_triangle);
-}
-
-static void intersect_instance(const struct RTCIntersectFunctionNArguments *args)
-{
-    intersect(args, probe_placed);
-}
-
-static void occluded_instance(const struct RTCOccludedFunctionNArguments *args)
-{
-    occluded(args, probe_placed);
+    struct lanes l;
+    float end = tree_end(q);
+    if (end < 0)
+        return false;
+    set_lanes(&l, q);
+    return q->body->tree->few ? walk_few(q, &l, end, any) : walk_tree(q, &l, end, any);
 }
 
 /* ---- building ---- */
-
-struct kind {
-    RTCBoundsFunction bounds;
-    RTCIntersectFunctionN intersect;
-    RTCOccludedFunctionN occluded;
-};
-
-static void attach(RTCDevice device, struct pm_tree *tree, size_t count,
-                   const struct kind *kind)
-{
-    if (count == 0)
-        return;
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(geometry, (unsigned)count);
-    rtcSetGeometryUserData(geometry, tree);
-    rtcSetGeometryBoundsFunction(geometry, kind->bounds, NULL);
-    rtcSetGeometryIntersectFunction(geometry, kind->intersect);
-    rtcSetGeometryOccludedFunction(geometry, kind->occluded);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(tree->scene, geometry);
-    rtcReleaseGeometry(geometry);
-}
-
-static void commit(RTCDevice device, struct pm_tree *tree)
-{
-    static const struct kind pieces = {piece_bounds, intersect_piece, occluded_piece};
-    static const struct kind round = {round_bounds, intersect_round, occluded_round};
-    static const struct kind triangles = {triangle_bounds, intersect_triangle,
-                                          occluded_triangle};
-    static const struct kind instances = {instance_bounds, intersect_instance,
-                                          occluded_instance};
-    const struct pm_body *body = tree->body;
-    tree->scene = rtcNewScene(device);
-    rtcSetSceneFlags(tree->scene, RTC_SCENE_FLAG_ROBUST);
-    attach(device, tree, tree->pieces.count, &pieces);
-    attach(device, tree, tree->round_count, &round);
-    attach(device, tree, body->mesh.mesh ? body->own_count : 0, &triangles);
-    attach(device, tree, body->instance_count, &instances);
-    rtcCommitScene(tree->scene);
-}
-
-static bool list_round(struct pm_tree *tree)
-{
-    const struct pm_body *body = tree->body;
-    tree->round = malloc(((size_t)body->shape_count + 1) * sizeof *tree->round);
-    for (uint32_t i = 0; tree->round && i < body->shape_count; i++)
-        if (body->shapes[i].type != PM_POLYGON)
-            tree->round[tree->round_count++] = i;
-    return tree->round;
-}
 
 static pm_status no_memory(pm_error *err)
 {
@@ -295,23 +344,15 @@ static pm_status no_memory(pm_error *err)
 
 static pm_status build_trees(struct pm_rays *rays, pm_world *world, pm_error *err)
 {
-    for (size_t i = 0; i < world->body_count; i++) {
-        struct pm_tree *tree = &rays->trees[rays->count++];
-        tree->body = &world->bodies[i];
+    pm_status status = PM_OK;
+    for (size_t i = 0; !status && i < world->body_count; i++) {
+        struct pm_ray_tree *tree = &rays->trees[rays->count++];
         world->bodies[i].tree = tree;
-        if (pm_pieces_build(tree->body, &tree->pieces) || !list_round(tree))
-            return no_memory(err);
-        commit(rays->device, tree);
+        status = pm_ray_tree_build(tree, rays->builder, &world->bodies[i], err);
     }
-    enum RTCError failure = rtcGetDeviceError(rays->device);
-    if (failure == RTC_ERROR_NONE)
-        return PM_OK;
-    return pm_error_set(err, PM_E_MEMORY, "Embree cannot build its tree (error %d)",
-                        (int)failure);
+    return status;
 }
 
-/* One thread and one instruction set: no thread is started behind the caller's back, and a
- * query takes the same way everywhere. */
 pm_status pm_rays_build(pm_world *world, pm_error *err)
 {
     struct pm_rays *rays = calloc(1, sizeof *rays);
@@ -321,8 +362,8 @@ pm_status pm_rays_build(pm_world *world, pm_error *err)
     rays->trees = calloc(world->body_count, sizeof *rays->trees);
     if (!rays->trees)
         return no_memory(err);
-    rays->device = rtcNewDevice("isa=avx2,threads=1,start_threads=0,set_affinity=0");
-    if (!rays->device)
+    rays->builder = pm_tree_builder_new();
+    if (!rays->builder)
         return pm_error_set(err, PM_E_UNSUPPORTED,
                             "Embree does not start; it needs a processor with AVX2");
     return build_trees(rays, world, err);
@@ -332,21 +373,17 @@ void pm_rays_free(struct pm_rays *rays)
 {
     if (!rays)
         return;
-    for (size_t i = 0; i < rays->count; i++) {
-        if (rays->trees[i].scene)
-            rtcReleaseScene(rays->trees[i].scene);
-        pm_pieces_clear(&rays->trees[i].pieces);
-        free(rays->trees[i].round);
-    }
-    if (rays->device)
-        rtcReleaseDevice(rays->device);
+    for (size_t i = 0; i < rays->count; i++)
+        pm_ray_tree_clear(&rays->trees[i]);
+    pm_tree_builder_free(rays->builder);
     free(rays->trees);
     free(rays);
 }
 
 /* ---- hits ---- */
 
-static void fill_piece(const struct pm_tree *tree, uint32_t index, pm_vec3 point, pm_hit *hit)
+static void fill_piece(const struct pm_ray_tree *tree, uint32_t index, pm_vec3 point,
+                       pm_hit *hit)
 {
     const struct pm_piece *p = &tree->pieces.piece[index];
     const struct pm_piece_owner *owner = &tree->pieces.owner[index];
@@ -415,42 +452,33 @@ static void fill_hit(const struct pm_probe *probe, pm_hit *hit)
 
 /* ---- queries ---- */
 
-/* No ray that is not finite may reach Embree, which aborts on one; pm_probe_init turns them
- * away. */
 bool pm_world_intersect(const pm_world *world, const pm_ray *ray, pm_hit *hit)
 {
-    struct query q;
-    if (!pm_probe_init(&q.probe, world, ray))
+    struct pm_probe probe;
+    if (!pm_probe_init(&probe, world, ray) || !walk(&probe, false))
         return false;
-    find_closest(&q);
-    if (!(q.probe.best.t < INFINITY))
-        return false;
-    fill_hit(&q.probe, hit);
+    fill_hit(&probe, hit);
     return true;
 }
 
-bool pm_rays_next(const pm_world *world, const pm_ray *ray, struct pm_ray_walk *walk,
+bool pm_rays_next(const pm_world *world, const pm_ray *ray, struct pm_ray_walk *last,
                   pm_hit *hit)
 {
-    struct query q;
-    if (!pm_probe_init(&q.probe, world, ray))
+    struct pm_probe probe;
+    if (!pm_probe_init(&probe, world, ray))
         return false;
-    if (walk->started)
-        q.probe.after = walk->last;
-    find_closest(&q);
-    if (!(q.probe.best.t < INFINITY))
+    if (last->started)
+        probe.after = last->last;
+    if (!walk(&probe, false))
         return false;
-    fill_hit(&q.probe, hit);
-    walk->last = q.probe.best;
-    walk->started = true;
+    fill_hit(&probe, hit);
+    last->last = probe.best;
+    last->started = true;
     return true;
 }
 
 bool pm_rays_any(const pm_world *world, const pm_ray *ray)
 {
-    struct query q;
-    if (!pm_probe_init(&q.probe, world, ray))
-        return false;
-    find_any(&q);
-    return q.probe.best.t < INFINITY;
+    struct pm_probe probe;
+    return pm_probe_init(&probe, world, ray) && walk(&probe, true);
 }

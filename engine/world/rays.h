@@ -3,11 +3,11 @@
 
 #include "world/world_internal.h"
 
-/* Ray queries. Each body has a tree; in it, instances are boxes, behind which the ray goes on
- * in the tree of the instance's body. Embree walks its tree in float over boxes that are wide
- * enough for every rounding of the ray and of the box; whoever's box it meets is tested here in
- * double against the exact shape. So the answer is the exact nearest surface whatever the tree
- * looks like. */
+/* Ray queries. Each body has a tree (ray_tree.h); in it, instances are boxes, behind which the
+ * ray goes on in the tree of the instance's body. Trees are walked in float, over boxes and
+ * triangles that are wide enough for every rounding; what the ray may meet is tested in double
+ * against the exact shape. So the answer is the exact nearest surface whatever the tree looks
+ * like. */
 
 /* Where a surface comes along a ray: by distance, and coincident ones (one group, see twins.h)
  * as if they lay an infinitesimal apart, the lesser layer on the side that the group's first

@@ -9,8 +9,8 @@
 #include "base/vec3.h"
 #include "scene/scene.h"
 
-/* Exact shapes, in double and in world coordinates. Embree only proposes candidates; what is
- * hit and where is decided here and in rays.c. */
+/* Exact shapes, in double and in world coordinates. Trees (ray_tree.h) only propose
+ * candidates; what is hit and where is decided here and in probe.c. */
 
 struct pm_shape {
     pm_primitive_type type;
