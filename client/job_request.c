@@ -20,21 +20,14 @@ const char *pm_format_word(unsigned format)
     return format == PM_WANT_EXR ? "exr" : format == PM_WANT_HDR ? "hdr" : "png";
 }
 
-static pm_json *vector(pm_vec3 v)
-{
-    return pm_json_pack("[f, f, f]", v.x, v.y, v.z);
-}
-
 static bool put_view(pm_json *request, const pm_options *options)
 {
-    const pm_view *view = &options->view;
-    return pm_json_put(request, "view",
-                       pm_json_pack("{s:o, s:o, s:o, s:f, s:f}", "vp", vector(view->point),
-                                    "vd", vector(view->direction), "vu", vector(view->up), "vh",
-                                    view->horizontal, "vv", view->vertical)) &&
+    char view[PM_VIEW_TEXT];
+    pm_view_format(&options->view, view);
+    return pm_json_put(request, "view", pm_json_pack("s", view)) &&
            pm_json_put(request, "x", pm_json_pack("i", (int)options->x)) &&
            pm_json_put(request, "y", pm_json_pack("i", (int)options->y)) &&
-           pm_json_put(request, "pa", pm_json_pack("i", options->pixel_aspect > 0));
+           pm_json_put(request, "pa", pm_json_pack("f", options->pixel_aspect));
 }
 
 static bool put_map(pm_json *request, const pm_options *options, pm_map_kind kind,

@@ -258,7 +258,7 @@ static pm_status take_angle(struct words *words)
                        words->option[2] == 'h' ? &view->horizontal : &view->vertical);
 }
 
-/* The spellings that a view file knows beside those above, e.g. -vtv, -vs 0. */
+/* What a view file says in the same words, e.g. -vta, -vs .5. */
 static pm_status take_other_view(struct words *words)
 {
     char text[128];
@@ -303,12 +303,13 @@ static pm_status take_size(struct words *words)
 
 static pm_status take_aspect(struct words *words)
 {
-    pm_status st = take_number(words, "0 or 1", &words->out->pixel_aspect);
+    pm_status st = take_number(words, "a number", &words->out->pixel_aspect);
     if (st)
         return st;
-    if (words->out->pixel_aspect != 0 && words->out->pixel_aspect != 1)
-        return bad(words, words->argv[words->at - 1],
-                   "1 (square pixels) or 0 (exactly -x by -y)");
+    if (!(words->out->pixel_aspect >= 0 && words->out->pixel_aspect <= 1e6))
+        return bad(
+            words, words->argv[words->at - 1],
+            "the height of a pixel over its width, at most 1e6, or 0 (exactly -x by -y)");
     return PM_OK;
 }
 
@@ -607,16 +608,25 @@ static const struct option options[] = {
     {"-vp", PICTURES, "X Y Z", "view point (0 0 0)", TAKE(take_vector)},
     {"-vd", PICTURES, "X Y Z", "view direction (0 1 0)", TAKE(take_vector)},
     {"-vu", PICTURES, "X Y Z", "up (0 0 1)", TAKE(take_vector)},
-    {"-vh", PICTURES, "DEGREES", "horizontal angle of view (45)", TAKE(take_angle)},
-    {"-vv", PICTURES, "DEGREES", "vertical angle of view (45)", TAKE(take_angle)},
-    {"-vtv", PICTURES, "", "perspective view, the only type offered", TAKE(take_other_view)},
-    {"-vs", PICTURES, "0", "shift, 0 only", TAKE(take_other_view)},
-    {"-vl", PICTURES, "0", "lift, 0 only", TAKE(take_other_view)},
-    {"-vo", PICTURES, "0", "fore clipping, 0 only", TAKE(take_other_view)},
-    {"-va", PICTURES, "0", "aft clipping, 0 only", TAKE(take_other_view)},
+    {"-vh", PICTURES, "DEGREES", "horizontal angle of view (45); with -vtl the width seen",
+     TAKE(take_angle)},
+    {"-vv", PICTURES, "DEGREES", "vertical angle of view (45); with -vtl the height seen",
+     TAKE(take_angle)},
+    {"-vtv", PICTURES, "", "perspective view (the default)", TAKE(take_other_view)},
+    {"-vtl", PICTURES, "", "parallel view; plans and sections", TAKE(take_other_view)},
+    {"-vth", PICTURES, "", "hemispherical fisheye", TAKE(take_other_view)},
+    {"-vtc", PICTURES, "", "cylindrical panorama", TAKE(take_other_view)},
+    {"-vta", PICTURES, "", "angular fisheye, up to all around", TAKE(take_other_view)},
+    {"-vts", PICTURES, "", "stereographic fisheye", TAKE(take_other_view)},
+    {"-vs", PICTURES, "WIDTHS", "shift the picture to the right (0)", TAKE(take_other_view)},
+    {"-vl", PICTURES, "HEIGHTS", "lift the picture (0)", TAKE(take_other_view)},
+    {"-vo", PICTURES, "LENGTH", "leave out what is nearer (0)", TAKE(take_other_view)},
+    {"-va", PICTURES, "LENGTH", "leave out what is farther (0: nothing)",
+     TAKE(take_other_view)},
     {"-x", PICTURES, "N", "greatest width in pixels (512)", TAKE(take_size)},
     {"-y", PICTURES, "N", "greatest height in pixels (512)", TAKE(take_size)},
-    {"-pa", PICTURES, "1|0", "1: square pixels within -x by -y; 0: exactly -x by -y (1)",
+    {"-pa", PICTURES, "RATIO",
+     "height of a pixel over its width, within -x by -y; 0: exactly -x by -y (1)",
      TAKE(take_aspect)},
     {"--passes", LOOKING, "N", "stop after N passes", TAKE(take_passes)},
     {"--time", LOOKING, "TIME", "stop after so long, e.g. 30s, 5m", TAKE(take_time)},

@@ -99,7 +99,6 @@ static const struct {
     {LOOKING, "-pc", "", "colours are red, green and blue of the scene's own primaries"},
     {LOOKING, "-pXYZ", "", "colours are red, green and blue of the scene's own primaries"},
     {LOOKING, "-pRGB", "", "colours are red, green and blue of the scene's own primaries"},
-    {PICTURES, "-vt", "lhcas", "perspective views alone (-vtv) are offered yet"},
     {PICTURES, "-ps", "", all_pixels},
     {PICTURES, "-pt", "", all_pixels},
     {PICTURES, "-pj", "", all_pixels},

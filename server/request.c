@@ -121,6 +121,13 @@ static pm_status read_view(pm_request *out, pm_error *err)
         read_vector(json, "vu", &view->up);
         view->horizontal = pm_json_get_number(json, "vh", view->horizontal);
         view->vertical = pm_json_get_number(json, "vv", view->vertical);
+        view->shift = pm_json_get_number(json, "vs", 0);
+        view->lift = pm_json_get_number(json, "vl", 0);
+        view->fore = pm_json_get_number(json, "vo", 0);
+        view->aft = pm_json_get_number(json, "va", 0);
+        view->type =
+            (pm_view_type)(strchr(pm_view_letters, *pm_json_get_text(json, "vt", "v")) -
+                           pm_view_letters);
     }
     pm_error why = PM_ERROR_INIT;
     pm_status st = pm_view_check(view, &why);
@@ -146,8 +153,7 @@ static pm_status read_picture(pm_request *out, pm_error *err)
         return st;
     job->width = (uint32_t)integer(out->json, "x");
     job->height = (uint32_t)integer(out->json, "y");
-    if (integer(out->json, "pa"))
-        pm_view_fit(&job->view, &job->width, &job->height);
+    pm_view_fit(&job->view, pm_json_get_number(out->json, "pa", 1), &job->width, &job->height);
     read_formats(out);
     return PM_OK;
 }

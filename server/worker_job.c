@@ -266,14 +266,27 @@ static pm_status write_picture(pm_format format, const pm_image *image,
 struct notes {
     char scene[PM_DIGEST_HEX];
     char family[PM_MAP_KINDS][PM_DIGEST_HEX + 32];
-    char passes[16], error[32], seed[24], ab[16], view[256];
-    pm_image_note list[8];
+    char passes[16], error[32], seed[24], ab[16], view[PM_VIEW_TEXT], aspect[32];
+    pm_image_note list[9];
     size_t count;
 };
 
 static void note(struct notes *notes, const char *name, const char *value)
 {
     notes->list[notes->count++] = (pm_image_note){name, value};
+}
+
+/* As rpict: where pixels are not square, their height over their width. */
+static void note_aspect(const struct worker *worker, struct notes *notes)
+{
+    const pm_job *job = &worker->job;
+    double x, y;
+    pm_view_extent(&job->view, &x, &y);
+    double aspect = y / x * job->width / job->height;
+    if (aspect > .99 && aspect < 1.01)
+        return;
+    snprintf(notes->aspect, sizeof notes->aspect, "%.6f", aspect);
+    note(notes, "PIXASPECT", notes->aspect);
 }
 
 static void make_notes(const struct worker *worker, const pm_answer *answer,
@@ -299,7 +312,8 @@ static void make_notes(const struct worker *worker, const pm_answer *answer,
     note(notes, "pm.seed", notes->seed);
     snprintf(notes->ab, sizeof notes->ab, "%d", worker->job.wanted.ambient_bounces);
     note(notes, "pm.ab", notes->ab);
-    pm_view_format(&worker->job.view, notes->view, sizeof notes->view);
+    pm_view_format(&worker->job.view, notes->view);
+    note_aspect(worker, notes);
 }
 
 static pm_status send_pictures(struct worker *worker, const pm_answer *answer, unsigned formats,

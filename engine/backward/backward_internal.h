@@ -39,16 +39,23 @@ void pm_sampler_draw(struct pm_sampler *sampler, enum pm_sample_use use, double 
 /* ---- camera.c ---- */
 
 struct pm_camera {
-    pm_vec3 origin; /* world coordinates */
-    pm_vec3 forward, right,
-        up; /* right and up reach from the middle of the picture to its edge */
+    pm_view view;
+    pm_vec3 origin;                 /* world coordinates */
+    pm_vec3 forward, right, up;     /* unit */
+    double half_width, half_height; /* pm_view_extent; of parallel views in world coordinates */
+    double fore, aft;               /* world coordinates; aft INFINITY: none */
     uint32_t width, height;
     pm_media media; /* that hold the origin */
 };
 
 void pm_camera_init(struct pm_camera *camera, const pm_world *world, const pm_view *view,
                     uint32_t width, uint32_t height);
-pm_ray pm_camera_ray(const struct pm_camera *camera, uint32_t pixel, const double u[2]);
+/* False for a place outside of what the view shows, which is black. The ray ends at the aft
+ * clipping plane. Test: test_camera.c. */
+bool pm_camera_ray(const struct pm_camera *camera, uint32_t pixel, const double u[2],
+                   pm_ray *out);
+/* That hold the origin of one of its rays. */
+pm_media pm_camera_media(const struct pm_camera *camera, const pm_world *world, pm_vec3 origin);
 
 /* ---- one pass ---- */
 

@@ -35,8 +35,11 @@ static void see_pixel(const struct work *work, uint32_t pixel)
     *value = (struct pm_value){0};
     pm_sampler_init(&sampler, a->seed, work->number, pixel);
     pm_sampler_draw(&sampler, PM_SAMPLE_LENS, u);
-    struct pm_walk walk = {.ray = pm_camera_ray(&a->camera, pixel, u),
-                           .media = a->camera.media,
+    pm_ray ray;
+    if (!pm_camera_ray(&a->camera, pixel, u, &ray))
+        return;
+    struct pm_walk walk = {.ray = ray,
+                           .media = pm_camera_media(&a->camera, a->world, ray.origin),
                            .throughput = {1, 1, 1},
                            .vertex = PM_VERTEX_EYE,
                            .emission = PM_EMISSION_SEEN,

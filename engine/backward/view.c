@@ -8,6 +8,8 @@
 
 #include "base/maths.h"
 
+const char pm_view_letters[] = "vlhcas";
+
 pm_view pm_view_default(void)
 {
     return (pm_view){.direction = {0, 1, 0}, .up = {0, 0, 1}, .horizontal = 45, .vertical = 45};
@@ -96,21 +98,16 @@ static pm_status read_vector(struct words *words, pm_vec3 *out)
     return st;
 }
 
-/* Options whose neutral value alone is offered: clipping planes, shift and lift. */
-static pm_status read_neutral(struct words *words, const char *refusal)
+static pm_status read_type(const struct words *words, pm_view *view)
 {
-    double value;
-    pm_status st = read_number(words, &value);
-    if (!st && value != 0)
-        return fail(words, PM_E_UNSUPPORTED, refusal);
-    return st;
-}
-
-static pm_status read_type(struct words *words)
-{
-    if (word_is(words, "-vtv"))
-        return PM_OK;
-    return fail(words, PM_E_UNSUPPORTED, "this view type is not offered; perspective is -vtv");
+    const char *letter = words->length == 4 ? strchr(pm_view_letters, words->word[3]) : NULL;
+    if (!letter)
+        return fail(words, PM_E_SYNTAX,
+                    "no view type; there are -vtv (perspective), -vtl (parallel), -vth "
+                    "(hemispherical), -vtc (cylindrical), -vta (angular fisheye) and -vts "
+                    "(stereographic)");
+    view->type = (pm_view_type)(letter - pm_view_letters);
+    return PM_OK;
 }
 
 static pm_status read_option(struct words *words, pm_view *view)
@@ -126,16 +123,17 @@ static pm_status read_option(struct words *words, pm_view *view)
     if (word_is(words, "-vv"))
         return read_number(words, &view->vertical);
     if (word_is(words, "-vo"))
-        return read_neutral(words, "a fore clipping plane (-vo) is not offered; only -vo 0");
+        return read_number(words, &view->fore);
     if (word_is(words, "-va"))
-        return read_neutral(words, "an aft clipping plane (-va) is not offered; only -va 0");
+        return read_number(words, &view->aft);
     if (word_is(words, "-vs"))
-        return read_neutral(words, "a shifted view (-vs) is not offered; only -vs 0");
+        return read_number(words, &view->shift);
     if (word_is(words, "-vl"))
-        return read_neutral(words, "a lifted view (-vl) is not offered; only -vl 0");
+        return read_number(words, &view->lift);
     if (words->length >= 3 && !memcmp(words->word, "-vt", 3))
-        return read_type(words);
-    return fail(words, PM_E_SYNTAX, "not a view option; those are -vtv -vp -vd -vu -vh -vv");
+        return read_type(words, view);
+    return fail(words, PM_E_SYNTAX,
+                "not a view option; those are -vt -vp -vd -vu -vh -vv -vs -vl -vo -va");
 }
 
 /* A view line starts with VIEW= or the name of a program that shows views (isview() in
@@ -208,17 +206,52 @@ pm_vec3 pm_view_unit(pm_vec3 v)
     return pm_vec3_normalize((pm_vec3){v.x / greatest, v.y / greatest, v.z / greatest});
 }
 
-static double half_tangent(double degrees)
+/* The greatest size that the type shows; exclusive where the projection is infinite there. */
+static const struct bound {
+    double horizontal, vertical;
+    bool open[2];
+} bounds[PM_VIEW_TYPES] = {
+    [PM_VIEW_PERSPECTIVE] = {180, 180, {true, true}},
+    [PM_VIEW_PARALLEL] = {INFINITY, INFINITY, {true, true}},
+    [PM_VIEW_HEMISPHERICAL] = {180, 180, {false, false}},
+    [PM_VIEW_CYLINDRICAL] = {360, 180, {false, true}},
+    [PM_VIEW_ANGULAR] = {360, 360, {false, false}},
+    [PM_VIEW_STEREOGRAPHIC] = {360, 360, {true, true}},
+};
+
+static pm_status check_size(const char *option, double size, double bound, bool open,
+                            double extent, pm_error *err)
 {
-    return pm_tan(degrees * (PM_PI / 360));
+    bool within = size > 0 && (open ? size < bound : size <= bound);
+    if (within && isfinite(extent) && extent > 0)
+        return PM_OK;
+    if (isinf(bound))
+        return pm_error_set(err, PM_E_RANGE,
+                            "the parallel view's size (%s) is %g; it must be a length greater "
+                            "than 0",
+                            option, size);
+    return pm_error_set(err, PM_E_RANGE,
+                        "the view's angle (%s) is %g degrees; for this type it must be greater "
+                        "than 0 and %s %g",
+                        option, size, open ? "less than" : "at most", bound);
 }
 
-static bool is_angle(double degrees)
+static pm_status check_clipping(const pm_view *view, pm_error *err)
 {
-    if (!(degrees > 0 && degrees < 180))
-        return false;
-    double tangent = half_tangent(degrees);
-    return isfinite(tangent) && tangent > 0;
+    if (!isfinite(view->shift) || !isfinite(view->lift) || !isfinite(view->fore) ||
+        !isfinite(view->aft))
+        return pm_error_set(err, PM_E_RANGE, "the view has a number that is not finite");
+    if (view->fore < 0 && view->type != PM_VIEW_PARALLEL)
+        return pm_error_set(err, PM_E_RANGE,
+                            "the fore clipping distance (-vo) is %g; only parallel views may "
+                            "begin behind the view point",
+                            view->fore);
+    if (view->aft < 0 || (view->aft > 0 && view->aft <= view->fore))
+        return pm_error_set(err, PM_E_RANGE,
+                            "the aft clipping distance (-va) is %g; it must be 0 for none, or "
+                            "greater than the fore one (-vo %g)",
+                            view->aft, view->fore);
+    return PM_OK;
 }
 
 pm_status pm_view_check(const pm_view *view, pm_error *err)
@@ -237,17 +270,14 @@ pm_status pm_view_check(const pm_view *view, pm_error *err)
         return pm_error_set(err, PM_E_RANGE,
                             "the view's up vector (-vu) is parallel to its "
                             "direction (-vd)");
-    if (!is_angle(view->horizontal))
-        return pm_error_set(err, PM_E_RANGE,
-                            "the view's horizontal angle (-vh) is %g degrees; "
-                            "it must lie between 0 and 180",
-                            view->horizontal);
-    if (!is_angle(view->vertical))
-        return pm_error_set(err, PM_E_RANGE,
-                            "the view's vertical angle (-vv) is %g degrees; "
-                            "it must lie between 0 and 180",
-                            view->vertical);
-    return PM_OK;
+    const struct bound *bound = &bounds[view->type];
+    double x, y;
+    pm_view_extent(view, &x, &y);
+    pm_status st =
+        check_size("-vh", view->horizontal, bound->horizontal, bound->open[0], x, err);
+    if (!st)
+        st = check_size("-vv", view->vertical, bound->vertical, bound->open[1], y, err);
+    return st ? st : check_clipping(view, err);
 }
 
 /* The shortest decimal that reads back as the same number. */
@@ -260,24 +290,75 @@ static void format_number(double value, char out[32])
     }
 }
 
-void pm_view_format(const pm_view *view, char *out, size_t size)
+static size_t put_number(char *out, size_t at, const char *before, double value)
 {
-    const double values[11] = {view->point.x,     view->point.y,     view->point.z,
-                               view->direction.x, view->direction.y, view->direction.z,
-                               view->up.x,        view->up.y,        view->up.z,
-                               view->horizontal,  view->vertical};
-    char text[11][32];
-    for (int i = 0; i < 11; i++)
-        format_number(values[i], text[i]);
-    snprintf(out, size, "-vtv -vp %s %s %s -vd %s %s %s -vu %s %s %s -vh %s -vv %s", text[0],
-             text[1], text[2], text[3], text[4], text[5], text[6], text[7], text[8], text[9],
-             text[10]);
+    char text[32];
+    format_number(value, text);
+    return at + (size_t)snprintf(out + at, PM_VIEW_TEXT - at, "%s%s", before, text);
 }
 
-/* normaspect() in Radiance's src/common/image.c, pixel aspect 1. */
-void pm_view_fit(const pm_view *view, uint32_t *x, uint32_t *y)
+static size_t put_vector(char *out, size_t at, const char *before, pm_vec3 v)
 {
-    double aspect = half_tangent(view->vertical) / half_tangent(view->horizontal);
+    at = put_number(out, at, before, v.x);
+    at = put_number(out, at, " ", v.y);
+    return put_number(out, at, " ", v.z);
+}
+
+void pm_view_format(const pm_view *view, char out[PM_VIEW_TEXT])
+{
+    const struct {
+        const char *option;
+        double value;
+    } rare[] = {{" -vo ", view->fore},
+                {" -va ", view->aft},
+                {" -vs ", view->shift},
+                {" -vl ", view->lift}};
+    size_t at = (size_t)snprintf(out, PM_VIEW_TEXT, "-vt%c", pm_view_letters[view->type]);
+    at = put_vector(out, at, " -vp ", view->point);
+    at = put_vector(out, at, " -vd ", view->direction);
+    at = put_vector(out, at, " -vu ", view->up);
+    at = put_number(out, at, " -vh ", view->horizontal);
+    at = put_number(out, at, " -vv ", view->vertical);
+    for (size_t i = 0; i < sizeof rare / sizeof *rare; i++)
+        if (rare[i].value != 0)
+            at = put_number(out, at, rare[i].option, rare[i].value);
+}
+
+/* ---- geometry ---- */
+
+/* setview() in Radiance's src/common/image.c says which. */
+static double extent(pm_view_type type, double size)
+{
+    double half = size * (PM_PI / 360);
+    switch (type) {
+    case PM_VIEW_PARALLEL:
+        return size / 2;
+    case PM_VIEW_HEMISPHERICAL:
+        return pm_sin(half);
+    case PM_VIEW_ANGULAR:
+        return half;
+    case PM_VIEW_STEREOGRAPHIC:
+        return pm_tan(half / 2);
+    default:
+        return pm_tan(half);
+    }
+}
+
+void pm_view_extent(const pm_view *view, double *x, double *y)
+{
+    bool cylinder = view->type == PM_VIEW_CYLINDRICAL;
+    *x = extent(cylinder ? PM_VIEW_ANGULAR : view->type, view->horizontal);
+    *y = extent(view->type, view->vertical);
+}
+
+/* normaspect() in Radiance's src/common/image.c. */
+void pm_view_fit(const pm_view *view, double pixel_aspect, uint32_t *x, uint32_t *y)
+{
+    double width, height;
+    if (!(pixel_aspect > 0))
+        return;
+    pm_view_extent(view, &width, &height);
+    double aspect = height / width / pixel_aspect;
     if (aspect * *x > *y)
         *x = (uint32_t)fmax(1, *y / aspect + .5);
     else

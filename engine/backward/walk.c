@@ -91,7 +91,7 @@ static void bend(struct pm_walk *walk, pm_vec3 origin, const pm_scatter *scatter
 
 /* Goes on by one of the non-diffuse lobes. False if the walk ends. */
 static bool leave(const struct pm_pass *pass, struct pm_walk *walk, const pm_hit *hit,
-                  const pm_surface *surface, struct pm_sampler *sampler)
+                  double distance, const pm_surface *surface, struct pm_sampler *sampler)
 {
     double u[3];
     pm_scatter scatter;
@@ -111,8 +111,11 @@ static bool leave(const struct pm_pass *pass, struct pm_walk *walk, const pm_hit
         pm_media_cross(&walk->media, pass->world, hit, scatter.wi);
     walk->throughput =
         pm_rgb_mul(walk->throughput, pm_rgb_scale(scatter.weight, scatter.radiance_scale));
-    walk->ray =
-        (pm_ray){.origin = origin, .direction = scatter.wi, .t_max = INFINITY, .from = from};
+    bool straight = scatter.event == PM_EVENT_STRAIGHT;
+    walk->ray = (pm_ray){.origin = origin,
+                         .direction = scatter.wi,
+                         .t_max = straight ? walk->ray.t_max - distance : INFINITY,
+                         .from = from};
     return survives(walk, sampler);
 }
 
@@ -124,14 +127,16 @@ static bool step(const struct pm_pass *pass, struct pm_walk *walk, struct pm_sam
     if (met)
         pm_media_meet(&walk->media, pass->world, &hit, walk->ray.direction);
     if (walk->media.count)
-        pm_inscatter(pass, walk, met ? hit.t : INFINITY, sampler, value);
+        pm_inscatter(pass, walk, met ? hit.t : walk->ray.t_max, sampler, value);
     if (pm_rgb_is_black(walk->throughput))
         return false;
     if (!met) {
-        add_distant(pass, walk, value);
+        if (walk->ray.t_max == INFINITY) /* else a view's aft clipping plane, which is black */
+            add_distant(pass, walk, value);
         return false;
     }
-    walk->length += hit.t;
+    double distance = hit.t;
+    walk->length += distance;
     hit.t = walk->length;
     add_emission(pass, walk, &hit, value);
     pm_surface surface;
@@ -142,7 +147,7 @@ static bool step(const struct pm_pass *pass, struct pm_walk *walk, struct pm_sam
                                                       &surface);
     const struct pm_spot spot = {&surface, &hit, &walk->media, hit.point, hit.surface};
     add_vertex(pass, walk, &spot, sampler, value);
-    return leave(pass, walk, &hit, &surface, sampler);
+    return leave(pass, walk, &hit, distance, &surface, sampler);
 }
 
 void pm_walk_run(const struct pm_pass *pass, struct pm_walk *walk, struct pm_sampler *sampler,

@@ -174,7 +174,7 @@ static void refused_options_say_why(void **state)
         {PM_VERB_RENDER, "a.rad --time 0s", "--time 0s"},
         {PM_VERB_RENDER, "a.rad --error 200%", "--error 200%"},
         {PM_VERB_RENDER, "a.rad -ab 1.5", "-ab 1.5"},
-        {PM_VERB_RENDER, "a.rad -vtl", "-vtl"},
+        {PM_VERB_RENDER, "a.rad -vtx", "-vtx"},
         {PM_VERB_RENDER, "a.rad --vf /nonexistent/view.vf", "/nonexistent/view.vf"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
@@ -196,7 +196,7 @@ static void every_option_of_radiance_is_refused_with_a_reason(void **state)
         pm_verb verb;
         const char *options;
     } table[] = {
-        {PM_VERB_RPICT, "-vtl -vth -vtc -vta -vts -ps -pt -pj -pm -pd -dj -ds -dt -dc -dr"},
+        {PM_VERB_RPICT, "-ps -pt -pj -pm -pd -dj -ds -dt -dc -dr"},
         {PM_VERB_RPICT, "-dp -dv -dv- -ss -st -bv -bv+ -bv- -av -aw -ar -aa -ad -as -af"},
         {PM_VERB_RPICT, "-api -apI -aps -apS -ld"},
         {PM_VERB_RPICT, "-ae -ai -aE -aI -am -ac -aC -me -ma -mg -ms -i -i+ -u -u- -lr"},

@@ -70,7 +70,11 @@ static void looking_job(pm_job *job, pm_job_kind kind, bool progressive, pm_sens
     for (int i = 0; i < SENSORS; i++)
         sensors[i] = (pm_sensor){{.018 * i - .9, .5 - .01 * i, -1}, {0, 0, 1}};
     look_at(job, sensors, SENSORS, PM_IRRADIANCE);
-    job->view = (pm_view){{0, -.9, 0}, {0, 1, 0}, {0, 0, 1}, 80, 80};
+    job->view = (pm_view){.point = {0, -.9, 0},
+                          .direction = {0, 1, 0},
+                          .up = {0, 0, 1},
+                          .horizontal = 80,
+                          .vertical = 80};
     job->width = job->height = SIDE;
     job->passes = 3;
 }

@@ -23,7 +23,11 @@ static char *peers_box(void)
 static pm_view lower_half(void)
 {
     const double pitch = -10 * PI / 180;
-    return (pm_view){{0, 1, -4}, {0, sin(pitch), cos(pitch)}, {0, 1, 0}, 40, 20};
+    return (pm_view){.point = {0, 1, -4},
+                     .direction = {0, sin(pitch), cos(pitch)},
+                     .up = {0, 1, 0},
+                     .horizontal = 40,
+                     .vertical = 20};
 }
 
 /* Mean of a picture by the reference: rays spread evenly over it by Roberts' sequence, of which

@@ -118,7 +118,9 @@ static void contradictions_name_their_member(void **state)
                    "volume");
     assert_refused(HEAD "\"trace\"}", "points");
     assert_refused(HEAD "\"render\", \"view\": {\"vd\": [0, 0, 0]}}", "view");
-    assert_refused(HEAD "\"render\", \"view\": \"-vtl\"}", "view");
+    assert_refused(HEAD "\"render\", \"view\": \"-vtx\"}", "view");
+    assert_refused(HEAD "\"render\", \"view\": {\"vh\": 180}}", "view");
+    assert_refused(HEAD "\"render\", \"view\": {\"vt\": \"h\", \"vh\": 181}}", "view");
     assert_refused("{\"kind\": \"render\"}", "scene");
     assert_refused("{\"kind\": ", "body");
 }
