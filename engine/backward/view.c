@@ -241,10 +241,9 @@ static pm_status check_clipping(const pm_view *view, pm_error *err)
     if (!isfinite(view->shift) || !isfinite(view->lift) || !isfinite(view->fore) ||
         !isfinite(view->aft))
         return pm_error_set(err, PM_E_RANGE, "the view has a number that is not finite");
-    if (view->fore < 0 && view->type != PM_VIEW_PARALLEL)
+    if (view->fore < 0)
         return pm_error_set(err, PM_E_RANGE,
-                            "the fore clipping distance (-vo) is %g; only parallel views may "
-                            "begin behind the view point",
+                            "the fore clipping distance (-vo) is %g; it must not be negative",
                             view->fore);
     if (view->aft < 0 || (view->aft > 0 && view->aft <= view->fore))
         return pm_error_set(err, PM_E_RANGE,
