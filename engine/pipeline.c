@@ -78,6 +78,20 @@ static pm_status accumulation_of(pm_run *run, pm_accumulation **out)
                                        job->quantity, job->forward.seed, out, run->err);
 }
 
+/* How far each pixel may still be off, and how often it was sampled. */
+static pm_status add_error_layers(pm_run *run, const pm_accumulation *accumulation)
+{
+    pm_image *image = &run->answer->image;
+    float *error = pm_image_add_layer(image, "error", 3);
+    float *samples = error ? pm_image_add_layer(image, "samples", 1) : NULL;
+    if (!samples)
+        return pm_error_set(run->err, PM_E_MEMORY, "no memory for the picture's error");
+    pm_accumulation_half_width(accumulation, error);
+    for (size_t i = 0; i < pm_accumulation_count(accumulation); i++)
+        samples[i] = (float)pm_accumulation_passes(accumulation);
+    return PM_OK;
+}
+
 static pm_status take_values(pm_run *run, const pm_accumulation *accumulation)
 {
     pm_answer *answer = run->answer;
@@ -86,7 +100,7 @@ static pm_status take_values(pm_run *run, const pm_accumulation *accumulation)
         if (st)
             return pm_error_set(run->err, st, "no memory for the picture");
         pm_accumulation_mean(accumulation, answer->image.rgb);
-        return PM_OK;
+        return add_error_layers(run, accumulation);
     }
     size_t values = 3 * pm_accumulation_count(accumulation);
     answer->values = calloc(values + 1, sizeof *answer->values);

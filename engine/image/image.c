@@ -1,6 +1,8 @@
 #include "image/image.h"
 
+#include <assert.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,8 +20,22 @@ pm_status pm_image_init(pm_image *image, uint32_t width, uint32_t height)
     return PM_OK;
 }
 
+float *pm_image_add_layer(pm_image *image, const char *name, unsigned channels)
+{
+    assert(image->layer_count < PM_IMAGE_LAYERS);
+    pm_image_layer *layer = &image->layers[image->layer_count];
+    *layer = (pm_image_layer){.channels = channels};
+    snprintf(layer->name, sizeof layer->name, "%s", name);
+    layer->values =
+        calloc((size_t)image->width * image->height, channels * sizeof *layer->values);
+    image->layer_count += layer->values != NULL;
+    return layer->values;
+}
+
 void pm_image_clear(pm_image *image)
 {
+    for (unsigned i = 0; i < image->layer_count; i++)
+        free(image->layers[i].values);
     free(image->rgb);
     *image = (pm_image){0};
 }

@@ -26,7 +26,7 @@ static void exr_round_trip_is_bit_exact(void **state)
         pm_bytes bytes = {0};
         pm_error err = PM_ERROR_INIT;
         assert_int_equal(pm_image_write_exr(&image, NULL, &bytes, &err), PM_OK);
-        assert_int_equal(pm_image_read_exr(bytes.data, bytes.size, "a.exr", &again, &err),
+        assert_int_equal(pm_image_read_exr(bytes.data, bytes.size, "a.exr", NULL, &again, &err),
                          PM_OK);
         assert_int_equal(again.width, image.width);
         assert_int_equal(again.height, image.height);
@@ -36,6 +36,34 @@ static void exr_round_trip_is_bit_exact(void **state)
         pm_image_clear(&image);
         pm_image_clear(&again);
     }
+}
+
+static void layers_are_channels_of_their_own(void **state)
+{
+    (void)state;
+    pm_image image = make_picture(33, 17, 3), other = make_picture(33, 17, 5), again;
+    size_t size = (size_t)33 * 17 * sizeof(float);
+    memcpy(pm_image_add_layer(&image, "error", 3), other.rgb, 3 * size);
+    image.layers[0].values[5] = INFINITY;
+    memcpy(pm_image_add_layer(&image, "samples", 1), other.rgb, size);
+    pm_bytes bytes = {0};
+    assert_int_equal(pm_image_write_exr(&image, NULL, &bytes, NULL), PM_OK);
+    assert_int_equal(pm_image_read_exr(bytes.data, bytes.size, "a.exr", "error", &again, NULL),
+                     PM_OK);
+    assert_memory_equal(again.rgb, image.layers[0].values, 3 * size);
+    pm_image_clear(&again);
+    assert_int_equal(pm_image_read_exr(bytes.data, bytes.size, "a.exr", NULL, &again, NULL),
+                     PM_OK);
+    assert_memory_equal(again.rgb, image.rgb, 3 * size);
+    pm_image_clear(&again);
+    pm_error err = PM_ERROR_INIT;
+    assert_int_equal(
+        pm_image_read_exr(bytes.data, bytes.size, "a.exr", "samples", &again, &err),
+        PM_E_UNSUPPORTED);
+    assert_non_null(strstr(err.text, "samples.R"));
+    pm_bytes_clear(&bytes);
+    pm_image_clear(&image);
+    pm_image_clear(&other);
 }
 
 static bool contains(const pm_bytes *bytes, const char *text, size_t length)
@@ -105,7 +133,8 @@ static void every_truncated_file_is_refused(void **state)
         memcpy(cut, bytes.data, size);
         pm_image again = {0};
         pm_error err = PM_ERROR_INIT;
-        assert_int_not_equal(pm_image_read_exr(cut, size, "cut.exr", &again, &err), PM_OK);
+        assert_int_not_equal(pm_image_read_exr(cut, size, "cut.exr", NULL, &again, &err),
+                             PM_OK);
         assert_null(again.rgb);
         assert_string_equal(err.file, "cut.exr");
         free(cut);
@@ -128,6 +157,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(exr_round_trip_is_bit_exact),
+        cmocka_unit_test(layers_are_channels_of_their_own),
         cmocka_unit_test(notes_become_string_attributes),
         cmocka_unit_test(pixels_that_are_not_finite_are_refused),
         cmocka_unit_test(equal_pictures_give_equal_bytes),
