@@ -133,6 +133,23 @@ static bool put_regions(pm_json *request, const pm_options *options)
     return false;
 }
 
+static pm_json *color(pm_rgb c)
+{
+    return pm_json_pack("[f, f, f]", c.r, c.g, c.b);
+}
+
+static bool put_surroundings(pm_json *request, const pm_surroundings *s)
+{
+    bool made = true;
+    if (!pm_rgb_is_black(s->extinction))
+        made = pm_json_put(request, "medium",
+                           pm_json_pack("{s:o, s:o, s:f}", "extinction", color(s->extinction),
+                                        "albedo", color(s->albedo), "g", s->eccentricity));
+    if (s->no_back_faces)
+        made = made && pm_json_put(request, "back_faces", pm_json_pack("b", 0));
+    return made;
+}
+
 /* What bears on the photons themselves; what was not said is left to the server. */
 static bool put_forward(pm_json *request, const pm_options *options)
 {
@@ -158,7 +175,8 @@ pm_json *pm_job_request(const pm_options *options, const char *kind,
     bool made = request;
     for (int map = 0; map < PM_MAP_KINDS; map++)
         made = made && put_map(request, options, (pm_map_kind)map, attachments);
-    made = made && put_forward(request, options);
+    made = made && put_surroundings(request, &options->surroundings) &&
+           put_forward(request, options);
     if (looks)
         made = made && put_stops(request, options) &&
                pm_json_put(request, "ab", pm_json_pack("i", options->ambient_bounces));

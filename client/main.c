@@ -186,13 +186,32 @@ static pm_status check(const struct verb *verb, const pm_options *options, pm_er
     return verb->check(options, err);
 }
 
+/* -e FILE: whatever is said from here on is appended there, under the command. */
+static pm_status redirect_messages(const char *path, pm_error *err)
+{
+    int file = open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    if (file < 0 || dup2(file, STDERR_FILENO) < 0) {
+        pm_status st =
+            pm_error_set_at(err, PM_E_IO, path, 0, 0, "cannot be written: %s", strerror(errno));
+        if (file >= 0)
+            close(file);
+        return st;
+    }
+    close(file);
+    fprintf(stderr, "# %s\n", pm_command_line);
+    return PM_OK;
+}
+
 static int work(const struct verb *verb, const pm_options *options)
 {
     pm_error err = PM_ERROR_INIT;
     pm_status st = check(verb, options, &err);
     if (st)
         return fail(st, &err, !err.file[0]);
-    st = verb->run(options, &err);
+    if (options->messages)
+        st = redirect_messages(options->messages, &err);
+    if (!st)
+        st = verb->run(options, &err);
     return st ? fail(st, &err, false) : EXIT_SUCCESS;
 }
 

@@ -23,7 +23,17 @@ enum {
     ALL = ONLINE | MAPS | PM_VERB_OCONV,
 };
 
-struct option;
+struct words;
+
+struct option {
+    const char *name;
+    unsigned verbs;
+    const char *arguments;
+    const char *doc;
+    pm_status (*take)(struct words *words);
+    size_t offset; /* of a switch: its place in pm_options and what it sets there */
+    bool value;
+};
 
 /* Where reading stands. */
 struct words {
@@ -106,6 +116,15 @@ pm_status pm_share_parse(const char *text, double *out)
 static pm_status bad(const struct words *words, const char *got, const char *right)
 {
     return pm_error_set(words->err, PM_E_RANGE, "%s %s: must be %s", words->option, got, right);
+}
+
+#define TAILS "+1yYtT-0nNfF" /* of a switch of Radiance's: on, then off */
+
+/* Without a tail it becomes the other. */
+static void read_toggle(const struct words *words, bool *out)
+{
+    const char *tail = words->option + strlen(words->entry->name);
+    *out = *tail ? strchr(TAILS, *tail) < strchr(TAILS, '-') : !*out;
 }
 
 static pm_status take_text(struct words *words, const char *what, const char **out)
@@ -355,6 +374,41 @@ static pm_status take_max_length(struct words *words)
     return st;
 }
 
+/* ---- the medium that fills the scene ---- */
+
+static pm_status take_numbers(struct words *words, const char *what, size_t count, double *out)
+{
+    pm_status st = PM_OK;
+    for (size_t i = 0; i < count && !st; i++)
+        st = take_number(words, what, &out[i]);
+    return st;
+}
+
+static pm_status take_medium(struct words *words)
+{
+    pm_surroundings *s = &words->out->surroundings;
+    pm_rgb *color = words->option[2] == 'e' ? &s->extinction : &s->albedo;
+    double n[3] = {0};
+    pm_status st = take_numbers(words, "three numbers r g b", 3, n);
+    *color = (pm_rgb){n[0], n[1], n[2]};
+    return st;
+}
+
+static pm_status take_eccentricity(struct words *words)
+{
+    return take_number(words, "a number between -1 and 1",
+                       &words->out->surroundings.eccentricity);
+}
+
+/* -bv shows back faces or hides them; the member says that they are hidden. */
+static pm_status take_back_faces(struct words *words)
+{
+    bool shown = !words->out->surroundings.no_back_faces;
+    read_toggle(words, &shown);
+    words->out->surroundings.no_back_faces = !shown;
+    return PM_OK;
+}
+
 /* ---- surfaces and regions ---- */
 
 /* The modifiers that the option is about: -aps, -ae, -ai, and capitals, which name files. */
@@ -402,14 +456,6 @@ static pm_status take_name_file(struct words *words)
     return st;
 }
 
-static pm_status take_numbers(struct words *words, const char *what, size_t count, double *out)
-{
-    pm_status st = PM_OK;
-    for (size_t i = 0; i < count && !st; i++)
-        st = take_number(words, what, &out[i]);
-    return st;
-}
-
 /* -api x y z x y z | -apI x y z radius */
 static pm_status take_region(struct words *words)
 {
@@ -431,7 +477,7 @@ static pm_status take_region(struct words *words)
     return PM_OK;
 }
 
-/* What the forward pass's options say together. */
+/* What the options of the forward pass and of the scene say together. */
 static pm_status check_forward(const pm_options *read, pm_error *err)
 {
     pm_forward_options forward = pm_forward_defaults();
@@ -439,7 +485,8 @@ static pm_status check_forward(const pm_options *read, pm_error *err)
     forward.include = (pm_name_list){read->include.names, read->include.count};
     forward.regions = read->regions;
     forward.region_count = read->region_count;
-    return pm_forward_options_check(&forward, err);
+    pm_status st = pm_surroundings_check(&read->surroundings, err);
+    return st ? st : pm_forward_options_check(&forward, err);
 }
 
 static pm_status take_threads(struct words *words)
@@ -467,6 +514,11 @@ static pm_status take_output(struct words *words)
         return pm_error_set(words->err, PM_E_RANGE, "-o: at most %d files", PM_OUTPUTS_MAX);
     words->out->outputs[words->out->output_count++] = path;
     return PM_OK;
+}
+
+static pm_status take_messages(struct words *words)
+{
+    return take_text(words, "a file", &words->out->messages);
 }
 
 static pm_status take_allowed(struct words *words)
@@ -549,19 +601,16 @@ static pm_status take_token_file(struct words *words)
     return take_text(words, "a file", &words->out->token_file);
 }
 
-struct option {
-    const char *name;
-    unsigned verbs;
-    const char *arguments;
-    const char *doc;
-    pm_status (*take)(struct words *words);
-    size_t offset; /* of a switch: its place in pm_options and what it sets there */
-    bool value;
-};
-
 #define SWITCH(member, to) set_switch, offsetof(pm_options, member), to
 #define DUMP(member, to)   set_switch, offsetof(pm_options, dump.member), to
+#define TOGGLE(member)     toggle, offsetof(pm_options, member), false
 #define TAKE(take)         take, 0, false
+
+static pm_status toggle(struct words *words)
+{
+    read_toggle(words, (bool *)((char *)words->out + words->entry->offset));
+    return PM_OK;
+}
 
 static pm_status set_switch(struct words *words)
 {
@@ -656,9 +705,17 @@ static const struct option options[] = {
     {"-n", WORKING, "N", "threads; the answer does not depend on it (0: one a processor)",
      TAKE(take_threads)},
     {"-t", WORKING, "SECONDS", "report progress as lines every so often", TAKE(take_interval)},
-    {"-fo", PM_VERB_MKPMAP, "", "overwrite files that exist", SWITCH(overwrite, true)},
-    {"-fo+", PM_VERB_MKPMAP, "", "the same", SWITCH(overwrite, true)},
-    {"-fo-", PM_VERB_MKPMAP, "", "refuse to (the default)", SWITCH(overwrite, false)},
+    {"-e", WORKING, "FILE", "append messages and progress to this file", TAKE(take_messages)},
+    {"-fo", PM_VERB_MKPMAP, "", "-fo, -fo+: overwrite files that exist; -fo-: refuse to (-fo-)",
+     TOGGLE(overwrite)},
+    {"-me", WORKING, "R G B",
+     "extinction of a medium that fills the scene [1 / scene unit] (0)", TAKE(take_medium)},
+    {"-ma", WORKING, "R G B", "its albedo (0)", TAKE(take_medium)},
+    {"-mg", WORKING, "G", "its eccentricity, -1 to 1 (0)", TAKE(take_eccentricity)},
+    {"-bv", WORKING, "", "-bv+: surfaces are there from behind; -bv-: they are not (-bv+)",
+     TAKE(take_back_faces)},
+    {"-v", PM_VERB_MKPMAP, "", "-v, -v+: say what was planned and found; -v-: the least (-v-)",
+     TOGGLE(verbose)},
     {"-I", PM_VERB_RTRACE, "", "irradiance at points, instead of radiance along rays",
      SWITCH(irradiance, true)},
     {"-I+", PM_VERB_RTRACE, "", "the same", SWITCH(irradiance, true)},
@@ -709,7 +766,7 @@ static const struct option options[] = {
     {"--json", PM_VERB_SCENE | PM_VERB_MAP | PM_VERB_JOB, "",
      "the server's document as it came", SWITCH(json, true)},
     {"-q", ALL, "", "errors only; lists without their headings", SWITCH(quiet, true)},
-    {"-v", ALL, "", "say more", SWITCH(verbose, true)},
+    {"-v", ALL & ~PM_VERB_MKPMAP, "", "say more", SWITCH(verbose, true)},
     {"--help", ALL, "", "this text", SWITCH(help, true)},
 };
 
@@ -756,11 +813,21 @@ static void split_at_equals(struct words *words)
     words->value = equals + 1;
 }
 
+/* A switch of Radiance's may have a letter behind it. */
+static bool is_named(const struct option *entry, const char *word)
+{
+    bool toggles = entry->take == toggle || entry->take == take_back_faces;
+    size_t length = strlen(entry->name);
+    const char *tail = word + length;
+    return !strncmp(word, entry->name, length) &&
+           (!*tail || (toggles && strchr(TAILS, *tail) && !tail[1]));
+}
+
 static pm_status take_option(struct words *words)
 {
     split_at_equals(words);
     for (size_t i = 0; i < OPTIONS; i++) {
-        if (!(options[i].verbs & words->out->verb) || strcmp(options[i].name, words->option))
+        if (!(options[i].verbs & words->out->verb) || !is_named(&options[i], words->option))
             continue;
         words->entry = &options[i];
         pm_status st = options[i].take(words);

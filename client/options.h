@@ -10,6 +10,7 @@
 #include "base/rgb.h"
 #include "forward/options.h"
 #include "forward/photon.h"
+#include "surround.h"
 
 /* The command line: Radiance's option spellings where Radiance has one. */
 
@@ -94,6 +95,8 @@ typedef struct pm_options {
     uint64_t seed;
     uint32_t max_events;               /* 0: the server's default */
     double max_length;                 /* -ld; 0: none */
+    pm_surroundings surroundings;      /* -me, -ma, -mg, -bv */
+    const char *messages;              /* -e: where messages go; NULL: standard error */
     pm_names_option sensors;           /* -aps, -apS */
     pm_names_option exclude, include;  /* -ae, -aE; -ai, -aI */
     pm_region regions[PM_REGIONS_MAX]; /* -api, -apI */

@@ -18,8 +18,6 @@ static const char by_map[] =
     "a picture would be dark where no photons are stored; mkpmap makes such maps";
 static const char no_sensors[] =
     "points in free space look all around and need no surface; mkpmap makes maps of sensors";
-static const char not_yet_medium[] =
-    "a medium without bounds is not offered yet; put a mist around the scene";
 static const char no_prepass[] =
     "there is no prepass to set: maps grow until they hold the number wanted";
 static const char no_cache[] =
@@ -84,14 +82,9 @@ static const struct {
     {LOOKING, "-st", "", "specular light is always sampled here, however weak"},
     {LOOKING, "-lr", "", roulette},
     {LOOKING, "-lw", "", roulette},
-    {WORKING, "-ma", "", not_yet_medium},
-    {WORKING, "-me", "", not_yet_medium},
-    {WORKING, "-mg", "", not_yet_medium},
     {LOOKING, "-ms", "", "media are sampled without steps, so there is no step to set"},
-    {WORKING, "-bv", SWITCH, "back faces are always visible here"},
     {LOOKING, "-i", SWITCH, "irradiance is offered at points: trace, or rtrace -I"},
     {LOOKING, "-u", SWITCH, "samples are stratified and depend on -apr alone"},
-    {WORKING, "-e", "", "messages go to standard error; use 2> of the shell"},
     {LOOKING, "-P", "P", no_persistence},
     {LOOKING, "-co", SWITCH, "contributions are not offered"},
     {LOOKING, "-cs", "", "colours are red, green and blue here"},

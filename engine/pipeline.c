@@ -42,11 +42,14 @@ static pm_status compile(pm_run *run, const pm_bundle *bundle)
 {
     pm_scene *scene = NULL;
     pm_run_progress(run, "parse", 0);
-    pm_status st = pm_scene_parse(bundle, run->job->main_name, NULL, &scene, run->err);
+    pm_status st = pm_surround_parse(bundle, run->job->main_name, &run->job->surroundings,
+                                     &scene, run->err);
     if (!st) {
         pm_run_progress(run, "compile", 0);
         st = pm_world_compile(scene, &run->world, run->err);
     }
+    if (!st && run->job->surroundings.no_back_faces)
+        pm_world_hide_back_faces(run->world);
     if (!st && run->job->kind == PM_JOB_CHECK)
         st = pm_survey_make(scene, run->world, &run->answer->survey, run->err);
     pm_scene_free(scene);

@@ -12,6 +12,7 @@
 #include "photons/photon_map.h"
 #include "plan/plan.h"
 #include "scene/bundle.h"
+#include "surround.h"
 #include "world/survey.h"
 
 /* One job from a bundle to its answer. The caller lends it a store of batches and listens. */
@@ -36,6 +37,7 @@ typedef struct pm_job {
     pm_wanted wanted;
     pm_map_file
         files[PM_MAP_KINDS]; /* used instead of traced maps; gather counts from wanted */
+    pm_surroundings surroundings;
     pm_forward_options forward;
     unsigned threads; /* 0 = one a processor */
 

@@ -8,6 +8,7 @@
 #include "base/digest.h"
 #include "forward/options.h"
 #include "photons/photon_map.h"
+#include "surround.h"
 
 /* ---- the tables ---- */
 
@@ -57,6 +58,31 @@ const pm_field pm_fields_map[] = {
      .type = PM_FIELD_DIGEST,
      .unit = "",
      .doc = "Digest of an uploaded map file, used instead of a traced map."},
+    {.name = NULL},
+};
+
+const pm_field pm_fields_medium[] = {
+    {.name = "extinction",
+     .type = PM_FIELD_VECTOR,
+     .low = 0,
+     .high = PM_EXTINCTION_MAX,
+     .unit = "1 / scene unit",
+     .doc = "Red, green and blue; absorption and scattering together.",
+     .required = true},
+    {.name = "albedo",
+     .type = PM_FIELD_VECTOR,
+     .low = 0,
+     .high = 1,
+     .unit = "",
+     .otherwise = "[0,0,0]",
+     .doc = "What of it is scattered."},
+    {.name = "g",
+     .type = PM_FIELD_NUMBER,
+     .low = -PM_ECCENTRICITY_MAX,
+     .high = PM_ECCENTRICITY_MAX,
+     .unit = "",
+     .otherwise = "0",
+     .doc = "Henyey and Greenstein's eccentricity: 0 scatters evenly, 1 forwards."},
     {.name = NULL},
 };
 
@@ -211,6 +237,18 @@ const pm_field pm_fields_job[] = {
      .doc = "Greatest length of a photon's path; it ends there, and what lies beyond is "
             "darker than it should be. Without it, none. Distant light starts where it enters "
             "the scene's cube."},
+    {.name = "medium",
+     .type = PM_FIELD_OBJECT,
+     .unit = "",
+     .doc = "A medium that fills the scene: a cube about its surfaces, a hundredth wider than "
+            "the greatest of their extents. Maps from files need the same.",
+     .members = pm_fields_medium},
+    {.name = "back_faces",
+     .type = PM_FIELD_SWITCH,
+     .unit = "",
+     .otherwise = "true",
+     .doc = "Whether surfaces are there from behind; false: rays go straight through their "
+            "backs, and photons end at those that are opaque. Maps from files need the same."},
     {.name = "sensors",
      .type = PM_FIELD_TEXTS,
      .low = 1,
@@ -457,6 +495,13 @@ static pm_status check_vector(const pm_field *field, const pm_json *value,
 
 static pm_status check_members(const pm_field *fields, pm_json *object, const struct place *at);
 
+static pm_status check_switch(const pm_json *value, const struct place *at)
+{
+    return pm_json_type_of(value) == PM_JSON_BOOL
+               ? PM_OK
+               : refuse(at, PM_E_RANGE, "must be true or false");
+}
+
 static pm_status check_list(const pm_field *field, const pm_json *value, const struct place *at)
 {
     size_t length = pm_json_length(value);
@@ -491,6 +536,8 @@ static pm_status check_value(const pm_field *field, pm_json *value, const struct
         return check_digest(value, at);
     case PM_FIELD_VECTOR:
         return check_vector(field, value, at);
+    case PM_FIELD_SWITCH:
+        return check_switch(value, at);
     case PM_FIELD_TEXTS:
     case PM_FIELD_OBJECTS:
         return check_list(field, value, at);
@@ -581,6 +628,8 @@ static pm_json *type_schema(const pm_field *field)
                             (int)vector_size(field), "maxItems", (int)vector_size(field),
                             "items", "type", "number", "minimum", field->low, "maximum",
                             field->high);
+    case PM_FIELD_SWITCH:
+        return pm_json_pack("{s:s}", "type", "boolean");
     case PM_FIELD_TEXTS:
         return list_schema(pm_json_pack("{s:s, s:I, s:I}", "type", "string", "minLength",
                                         (long long)field->low, "maxLength",

@@ -20,6 +20,7 @@ typedef enum pm_field_type {
     PM_FIELD_VECTOR,  /* `size` finite numbers, low..high */
     PM_FIELD_TEXTS,   /* a list of texts of low..high bytes each */
     PM_FIELD_OBJECTS, /* a list of objects of `members` */
+    PM_FIELD_SWITCH,  /* true or false */
     PM_FIELD_OBJECT,  /* of `members` */
     PM_FIELD_VIEW,    /* an object of `members`, or the same as text with rpict's options */
 } pm_field_type;
@@ -45,6 +46,7 @@ extern const pm_field pm_fields_job[];   /* POST /v1/jobs */
 extern const pm_field pm_fields_scene[]; /* POST /v1/scenes */
 extern const pm_field pm_fields_map[];   /* a member "global", "caustic" or "volume" of a job */
 extern const pm_field pm_fields_view[];
+extern const pm_field pm_fields_medium[]; /* of "medium" */
 extern const pm_field pm_fields_region[]; /* of the list "regions" */
 
 const pm_field *pm_field_find(const pm_field *fields, const char *name); /* or NULL */

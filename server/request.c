@@ -243,6 +243,8 @@ static pm_status read_checked(pm_request *out, pm_error *err)
     read_common(out);
     pm_status st = read_maps(out, err);
     if (!st)
+        st = pm_request_read_surroundings(out->json, &out->job.surroundings, err);
+    if (!st)
         st = pm_request_read_forward(out->json, &out->arena, &out->job.forward, err);
     if (!st)
         st = check_meanings(out, err);

@@ -103,3 +103,23 @@ pm_status pm_request_read_forward(const pm_json *json, pm_arena *arena, pm_forwa
     *out = options;
     return st;
 }
+
+static void read_color(const pm_json *json, const char *name, pm_rgb *out)
+{
+    const pm_json *list = pm_json_get(json, name);
+    if (list)
+        *out = (pm_rgb){number_at(list, 0), number_at(list, 1), number_at(list, 2)};
+}
+
+pm_status pm_request_read_surroundings(const pm_json *json, pm_surroundings *out, pm_error *err)
+{
+    const pm_json *medium = pm_json_get(json, "medium");
+    pm_surroundings s = {.no_back_faces = !pm_json_get_bool(json, "back_faces", true)};
+    read_color(medium, "extinction", &s.extinction);
+    read_color(medium, "albedo", &s.albedo);
+    s.eccentricity = pm_json_get_number(medium, "g", 0);
+    if (medium && pm_rgb_is_black(s.extinction))
+        return refuse(err, "medium", "has no extinction; leave it out");
+    *out = s;
+    return PM_OK;
+}

@@ -157,8 +157,8 @@ static void deposit_on(struct walk *walk, const pm_hit *hit, const pm_surface *s
 static bool meet_surface(struct walk *walk, const pm_hit *hit)
 {
     pm_surface surface;
-    pm_surface_at(walk->tracer->world, hit, pm_vec3_negate(walk->ray.direction), &walk->media,
-                  &surface);
+    pm_surface_lit_at(walk->tracer->world, hit, pm_vec3_negate(walk->ray.direction),
+                      &walk->media, &surface);
     deposit_on(walk, hit, &surface);
     double u[3];
     for (int i = 0; i < 3; i++)

@@ -112,6 +112,27 @@ pm_status pm_bundle_add(pm_bundle *bundle, const char *name, const void *data, s
     return st;
 }
 
+pm_status pm_bundle_extend(const pm_bundle *base, const char *name, const void *data,
+                           size_t size, pm_bundle **out, pm_error *err)
+{
+    pm_bundle *both = pm_bundle_new();
+    pm_file *files = calloc(base->count + 1, sizeof *files);
+    if (!both || !files) {
+        free(both);
+        free(files);
+        return memory_error(err);
+    }
+    if (base->count)
+        memcpy(files, base->files, base->count * sizeof *files);
+    *both = (pm_bundle){.files = files, .count = base->count, .capacity = base->count + 1};
+    pm_status st = pm_bundle_add(both, name, data, size, err);
+    if (st)
+        pm_bundle_free(both);
+    else
+        *out = both;
+    return st;
+}
+
 const pm_file *pm_bundle_find(const pm_bundle *bundle, const char *name, const char *from)
 {
     char clean[PM_PATH_SIZE];

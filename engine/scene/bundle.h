@@ -29,6 +29,12 @@ void pm_bundle_free(pm_bundle *bundle);
 PM_MUST_USE pm_status pm_bundle_add(pm_bundle *bundle, const char *name, const void *data,
                                     size_t size, pm_error *err);
 
+/* A bundle of another's files and one more. It borrows the others, so it must go first; the new
+ * one is copied in. Errors as pm_bundle_add. */
+PM_MUST_USE pm_status pm_bundle_extend(const pm_bundle *base, const char *name,
+                                       const void *data, size_t size, pm_bundle **out,
+                                       pm_error *err);
+
 /* The file of that name, or NULL. `from` (may be NULL) is the file that names it: the name is
  * looked up beside that file first, then at the top. */
 const pm_file *pm_bundle_find(const pm_bundle *bundle, const char *name, const char *from);

@@ -430,8 +430,48 @@ static void bsdf(struct shade *s)
 
 /* ---- all ---- */
 
+/* The back of a surface that is seen from the front alone. Rays from the eye, and from wherever
+ * they go on, pass it (Radiance's raytrans in normal.c, aniso.c, glass.c, m_brdf.c, m_bsdf.c,
+ * m_mirror.c); photons end there if it is opaque (pmapmat.c), else they take it as it is. False
+ * for what has no such back. */
+static bool shade_hidden(struct shade *s)
+{
+    switch (s->material->type) {
+    case PM_PLASTIC:
+    case PM_METAL:
+    case PM_PLASTIC2:
+    case PM_METAL2:
+    case PM_ASHIK2:
+    case PM_MIRROR:
+    case PM_PLASFUNC:
+    case PM_METFUNC:
+    case PM_PLASDATA:
+    case PM_METDATA:
+        if (s->lit)
+            return true; /* no lobe: it is black */
+        break;
+    case PM_TRANS:
+    case PM_TRANS2:
+    case PM_GLASS:
+    case PM_TRANSFUNC:
+    case PM_TRANSDATA:
+    case PM_BRTDFUNC:
+    case PM_BSDF:
+    case PM_ABSDF:
+        if (s->lit)
+            return false;
+        break;
+    default:
+        return false;
+    }
+    pm_shade_straight(s, pm_rgb_grey(1), 0);
+    return true;
+}
+
 void pm_shade_model(struct shade *s)
 {
+    if (s->hidden && shade_hidden(s))
+        return;
     switch (s->material->type) {
     case PM_PLASTIC:
     case PM_METAL:

@@ -91,7 +91,7 @@ static void shade(const pm_world *world, const pm_hit *hit, const struct shade *
 
 /* ---- hits ---- */
 
-enum looker { WALK, EYE, SHADOW_RAY };
+enum looker { WALK, EYE, SHADOW_RAY, PHOTON };
 
 static void surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
                        const pm_media *media, enum looker looker, pm_surface *out)
@@ -108,6 +108,8 @@ static void surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
     s.share = 1;
     s.tilted = false;
     s.front = front != shown.flipped;
+    s.hidden = world->hides_back_faces && !s.front;
+    s.lit = looker == PHOTON;
     s.seen = looker == EYE;
     s.shadow = looker == SHADOW_RAY;
     s.out = out;
@@ -122,6 +124,12 @@ void pm_surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo, const p
                    pm_surface *out)
 {
     surface_at(world, hit, wo, media, WALK, out);
+}
+
+void pm_surface_lit_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
+                       const pm_media *media, pm_surface *out)
+{
+    surface_at(world, hit, wo, media, PHOTON, out);
 }
 
 void pm_surface_seen_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
@@ -140,7 +148,7 @@ pm_rgb pm_material_straight(const pm_world *world, const pm_hit *hit, pm_vec3 di
                             const pm_media *media, bool weak)
 {
     pm_vec3 wo = pm_vec3_negate(direction);
-    if (!media->count && !world->materials[hit->material].straight)
+    if (!media->count && !world->hides_back_faces && !world->materials[hit->material].straight)
         return pm_rgb_grey(0);
     if (weak && pm_light_stands_in(world, hit, wo))
         return pm_rgb_grey(0);

@@ -16,6 +16,8 @@ struct shade {
     double share;               /* of a mixture */
     bool tilted;                /* the normal is perturbed */
     bool front;
+    bool hidden; /* the back of what can be seen from the front alone, */
+    bool lit;    /* that a photon comes to */
     bool seen;   /* by the eye: straight passage shows the perturbation */
     bool shadow; /* by a ray that looks for light */
     pm_surface *out;

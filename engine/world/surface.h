@@ -130,12 +130,16 @@ typedef struct pm_scatter {
                               cosines; 1 for the others */
 } pm_scatter;
 
-/* The material of `hit` seen from wo by a walk that `media` hold, for photons and for bounces.
+/* The material of `hit` seen from wo by a walk that `media` hold, for bounces.
  * An illum is its alternate material here. A surface that an antimatter in `media` hides is
  * straight passage; the boundary of an antimatter within an object that it cuts is that
  * antimatter's first material (Radiance's m_clip.c). Emission is apart: light.h. */
 void pm_surface_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo, const pm_media *media,
                    pm_surface *out);
+
+/* The same for photons. It is another thing only where back faces are hidden (world.h). */
+void pm_surface_lit_at(const pm_world *world, const pm_hit *hit, pm_vec3 wo,
+                       const pm_media *media, pm_surface *out);
 
 /* The same for walks from the eye that met nothing but specular and straight events so far: a
  * mirror with an alternate material shows that one (Radiance's m_mirror.c). */

@@ -124,6 +124,17 @@ void pm_world_free(pm_world *world)
     free(world);
 }
 
+void pm_world_hide_back_faces(pm_world *world)
+{
+    static const char salt[] = "no back faces";
+    uint8_t bytes[sizeof salt + sizeof world->hash.bytes];
+    memcpy(bytes, salt, sizeof salt);
+    memcpy(bytes + sizeof salt, world->hash.bytes, sizeof world->hash.bytes);
+    world->hash = pm_digest_of(bytes, sizeof bytes);
+    world->hides_back_faces = true;
+    world->passes_straight = true;
+}
+
 pm_digest pm_world_hash(const pm_world *world)
 {
     return world->hash;

@@ -32,6 +32,13 @@ typedef struct pm_world pm_world;
 PM_MUST_USE pm_status pm_world_compile(const pm_scene *scene, pm_world **out, pm_error *err);
 void pm_world_free(pm_world *world);
 
+/* From now on surfaces cannot be seen from behind, so that one may look into a room from
+ * outside: rays go straight through their backs, and photons end at them if they are opaque.
+ * As with Radiance's -bv-, which so takes light for granted only on the fronts (models.c).
+ * Dielectrics, mists, antimatter, prisms and lamps stay what they are. The hash becomes
+ * another. Test: backs_* in tests/physics/test_surroundings.c. */
+void pm_world_hide_back_faces(pm_world *world);
+
 /* The Merkle root over octree leaves and infinite sources. Test: digest_* in test_octree.c. */
 pm_digest pm_world_hash(const pm_world *world);
 

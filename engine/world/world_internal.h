@@ -49,7 +49,7 @@ struct pm_modifier_names {
         const char *name;         /* as the surface says it: that of an alias, too */
         uint32_t length;          /* of the chain from there to its material */
         const char *const *names; /* [length] of the primitives in it */
-    } *chains;                    /* [count] */
+    } * chains;                   /* [count] */
 };
 
 struct pm_world {
@@ -85,8 +85,9 @@ struct pm_world {
     size_t material_count;
     struct pm_material *materials;
     struct pm_modifier_names modifiers;
-    bool passes_straight; /* some used material has a straight part (glass, trans, antimatter,
-                             illum with void) */
+    bool passes_straight;  /* some used material has a straight part (glass, trans, antimatter,
+                              illum with void) */
+    bool hides_back_faces; /* surfaces are seen from the front alone */
     bool has_media; /* some used material is a mist, an absorbing dielectric or antimatter */
 
     struct pm_lights *lights; /* pm_lights_build (light.c); freed with the arena */

@@ -148,6 +148,32 @@ static void what_is_stored_where_is_read(void **state)
     pm_request_clear(&request);
 }
 
+static void surroundings_are_read(void **state)
+{
+    (void)state;
+    pm_request request;
+    assert_int_equal(parse(HEAD "\"render\", \"back_faces\": false, \"medium\": "
+                                "{\"extinction\": [1, 2, 3], \"albedo\": [0.5, 0.25, 1], "
+                                "\"g\": -0.5}}",
+                           &request, NULL),
+                     PM_OK);
+    const pm_surroundings *s = &request.job.surroundings;
+    assert_true(s->no_back_faces);
+    assert_true(s->extinction.g == 2 && s->albedo.g == .25 && s->eccentricity == -.5);
+    pm_request_clear(&request);
+    assert_int_equal(parse(HEAD "\"render\"}", &request, NULL), PM_OK);
+    assert_false(request.job.surroundings.no_back_faces);
+    assert_true(pm_rgb_is_black(request.job.surroundings.extinction));
+    pm_request_clear(&request);
+    assert_refused(HEAD "\"render\", \"back_faces\": 0}", "back_faces");
+    assert_refused(HEAD "\"render\", \"medium\": {\"albedo\": [1, 1, 1]}}", "extinction");
+    assert_refused(HEAD "\"render\", \"medium\": {\"extinction\": [0, 0, 0]}}", "medium");
+    assert_refused(HEAD "\"render\", \"medium\": {\"extinction\": [1, 1, -1]}}",
+                   "medium.extinction");
+    assert_refused(HEAD "\"render\", \"medium\": {\"extinction\": [1, 1, 1], \"g\": 1}}",
+                   "medium.g");
+}
+
 #define MAP_HEAD HEAD "\"map\", \"global\": {\"count\": 5}, "
 
 static void what_is_stored_nowhere_is_refused(void **state)
@@ -251,6 +277,7 @@ int main(void)
         cmocka_unit_test(naming_a_map_makes_a_job_of_nearest_photons),
         cmocka_unit_test(contradictions_name_their_member),
         cmocka_unit_test(what_is_stored_where_is_read),
+        cmocka_unit_test(surroundings_are_read),
         cmocka_unit_test(what_is_stored_nowhere_is_refused),
         cmocka_unit_test(members_without_meaning_are_refused_not_ignored),
         cmocka_unit_test(sensors_come_a_line_each_in_order),
