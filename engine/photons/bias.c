@@ -114,9 +114,9 @@ static unsigned sector_of(const struct found *f, const pm_frame *frame, uint32_t
 {
     const pm_photon_block *block = &f->map->blocks[f->ranked->index[rank] / PM_BLOCK_SIZE];
     unsigned lane = f->ranked->index[rank] % PM_BLOCK_SIZE;
-    pm_vec3 way = {block->position[0][lane] - f->search->point[0],
-                   block->position[1][lane] - f->search->point[1],
-                   block->position[2][lane] - f->search->point[2]};
+    pm_vec3 way = {(double)(block->position[0][lane] - f->search->point[0]),
+                   (double)(block->position[1][lane] - f->search->point[1]),
+                   (double)(block->position[2][lane] - f->search->point[2])};
     if (!f->search->surface)
         return (way.x < 0) | (way.y < 0) << 1 | (way.z < 0) << 2;
     double x = pm_vec3_dot(way, frame->x), y = pm_vec3_dot(way, frame->y);

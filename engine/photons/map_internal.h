@@ -57,6 +57,8 @@ typedef struct pm_node {
     uint16_t normal[PM_NODE_CHILDREN]; /* of all photons of the child, or PM_NORMAL_MIXED */
 } pm_node;
 
+typedef struct pm_kernel pm_kernel; /* search.h */
+
 struct pm_photon_map {
     pm_map_header header;
     size_t count, block_count;
@@ -64,9 +66,12 @@ struct pm_photon_map {
     pm_node *nodes;          /* all levels, level 0 first */
     size_t node_count, level_start[PM_NODE_LEVELS + 1];
     uint64_t
-        *first_code; /* of each node of level 0: pm_photon_upper_code of its first photon */
-    int levels;      /* 0 of an empty map */
-    pm_rgb flux_sum; /* of the packed fluxes */
+        *first_code;  /* of each node of level 0: pm_photon_upper_code of its first photon */
+    int levels;       /* 0 of an empty map */
+    pm_rgb flux_sum;  /* of the packed fluxes */
+    int exponent;     /* greatest of the packed fluxes */
+    double flux_unit; /* that it stands for */
+    const pm_kernel *kernel;
 };
 
 /* The order of stored photons: Morton code of the positions (x the most significant of each
@@ -85,6 +90,9 @@ void pm_photons_run(pm_pool *pool, size_t count, void (*work)(void *, size_t, un
 
 /* Makes the tree over finished blocks. */
 PM_MUST_USE pm_status pm_nodes_build(pm_photon_map *map, pm_pool *pool, pm_error *err);
+
+/* The fastest search of this machine; all give the same bytes. */
+const pm_kernel *pm_kernel_best(void);
 
 /* The content that every photon with a normal within 60 degrees of `normal` has. */
 unsigned pm_content_sector(pm_vec3 normal);

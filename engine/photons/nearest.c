@@ -2,206 +2,394 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/maths.h"
-#include "photons/block_simd.h"
-#include "photons/list_simd.h"
+#include "photons/search.h"
 
-/* For each set of 4 lanes, the 32-bit halves of its doubles moved to the front. */
-static const _Alignas(32) int8_t front_halves[16][8] = {
-    {0},
-    {0, 1},
-    {2, 3},
-    {0, 1, 2, 3},
-    {4, 5},
-    {0, 1, 4, 5},
-    {2, 3, 4, 5},
-    {0, 1, 2, 3, 4, 5},
-    {6, 7},
-    {0, 1, 6, 7},
-    {2, 3, 6, 7},
-    {0, 1, 2, 3, 6, 7},
-    {4, 5, 6, 7},
-    {0, 1, 4, 5, 6, 7},
-    {2, 3, 4, 5, 6, 7},
-    {0, 1, 2, 3, 4, 5, 6, 7},
-};
+/* Searches for the nearest photons: the distance of the farthest one wanted first, then what
+ * lies within it. */
 
-/* Writes the doubles whose bit is set, then others up to 4; returns how many count. */
-static inline uint32_t pack_four(double *out, __m256d v, unsigned set)
-{
-    __m128i halves = _mm_loadl_epi64((const __m128i *)(const void *)front_halves[set]);
-    __m256 packed = _mm256_permutevar8x32_ps(_mm256_castpd_ps(v), _mm256_cvtepi8_epi32(halves));
-    _mm256_storeu_pd(out, _mm256_castps_pd(packed));
-    return (uint32_t)__builtin_popcount(set);
-}
-
-/* Appends the photons of block i whose bit is set. */
-static inline void append(pm_candidates *c, uint32_t i, unsigned lanes, const double *distance2)
-{
-    uint32_t n = c->count;
-    list_bits(c->index + n, i * PM_BLOCK_SIZE, lanes);
-    for (int k = 0; k < PM_BLOCK_SIZE; k += 4)
-        n += pack_four(c->distance2 + n, _mm256_load_pd(distance2 + k), lanes >> k & 0xF);
-    c->count = n;
-}
-
-/* Fills the last vector up, for the functions below. */
-static void fill_up(pm_candidates *c)
-{
-    for (uint32_t i = c->count; i % 4; i++)
-        c->distance2[i] = INFINITY;
-}
-
-static uint32_t count_up_to(const pm_candidates *c, double limit)
-{
-    __m256d t = _mm256_set1_pd(limit);
-    __m256i count = _mm256_setzero_si256();
-    for (uint32_t i = 0; i < c->count; i += 4) {
-        __m256d le = _mm256_cmp_pd(_mm256_load_pd(c->distance2 + i), t, _CMP_LE_OQ);
-        count = _mm256_sub_epi64(count, _mm256_castpd_si256(le));
-    }
-    _Alignas(32) uint64_t lane[4];
-    _mm256_store_si256((__m256i *)(void *)lane, count);
-    return (uint32_t)(lane[0] + lane[1] + lane[2] + lane[3]);
-}
-
-/* The least distance^2 above `limit`. */
-static double next_above(const pm_candidates *c, double limit)
-{
-    __m256d t = _mm256_set1_pd(limit), least = _mm256_set1_pd(INFINITY);
-    for (uint32_t i = 0; i < c->count; i += 4) {
-        __m256d v = _mm256_load_pd(c->distance2 + i);
-        v = _mm256_blendv_pd(_mm256_set1_pd(INFINITY), v, _mm256_cmp_pd(v, t, _CMP_GT_OQ));
-        least = _mm256_min_pd(least, v);
-    }
-    _Alignas(32) double lane[4];
-    _mm256_store_pd(lane, least);
-    return fmin(fmin(lane[0], lane[1]), fmin(lane[2], lane[3]));
-}
-
-/* Halfway between two doubles >= 0 in the order of their bits: 64 halvings end anywhere. */
-static double middle_double(double a, double b)
-{
-    uint64_t p, q;
-    memcpy(&p, &a, sizeof p);
-    memcpy(&q, &b, sizeof q);
-    p += (q - p) / 2;
-    memcpy(&a, &p, sizeof a);
-    return a;
-}
-
-/* The rank-th least distance^2 among at least so many candidates: brackets it by interpolation
- * and halving in turn, then walks over the last few. */
-static double select_distance(const pm_candidates *c, uint32_t rank)
-{
-    double low = 0, high = c->limit;
-    uint32_t below = count_up_to(c, 0), above = c->count;
-    if (below >= rank)
-        return 0;
-    for (int turn = 0; above - below > 4 && turn < 128; turn++) {
-        double part = (rank - below - 0.5) / (above - below);
-        double t = turn & 1 ? middle_double(low, high) : low + (high - low) * part;
-        uint32_t count = count_up_to(c, t);
-        if (count >= rank) {
-            high = t;
-            above = count;
-        } else {
-            low = t;
-            below = count;
-        }
-    }
-    while (below < rank) {
-        low = next_above(c, low);
-        below = count_up_to(c, low);
-    }
-    return low;
-}
-
-/* The greatest double below x >= 0, or a negative one. */
-static double just_below(double x)
-{
-    return x > 0 ? nextafter(x, -1) : -1;
-}
-
-/* Keeps the first `count` candidates in the order of distance, of which the farthest are at
- * `limit`. Equal ones count in stored order, in which the candidates are and stay. */
-static void keep(pm_candidates *c, uint32_t count, double limit)
-{
-    uint32_t n = 0, ties = count - count_up_to(c, just_below(limit));
-    for (uint32_t i = 0; i < c->count; i++) {
-        bool tie = ties && c->distance2[i] == limit;
-        ties -= tie;
-        c->distance2[n] = c->distance2[i];
-        c->index[n] = c->index[i];
-        n += tie || c->distance2[i] < limit;
-    }
-    c->count = n;
-}
-
-static void take_candidates(void *context, pm_search *s, const uint32_t *blocks, size_t count)
-{
-    pm_candidates *c = context;
-    for (size_t i = 0; i < count; i++) {
-        _Alignas(32) double distance2[PM_BLOCK_SIZE];
-        append(c, blocks[i], block_mask(blocks[i], s, distance2), distance2);
-        if (c->count <= c->wanted + c->wanted / 2 + 64)
-            continue;
-        fill_up(c);
-        c->limit = select_distance(c, c->wanted + 1);
-        keep(c, c->wanted + 1, c->limit);
-        /* later photons at the same distance come later in stored order, so they lose */
-        pm_search_set_bound(s, just_below(c->limit));
-    }
-}
-
-static void gather(pm_search *s, pm_candidates *c)
-{
-    c->count = 0;
-    c->limit = s->bound;
-    pm_search_walk(s, take_candidates, c);
-    fill_up(c);
-}
-
-double pm_candidates_drop_farthest(pm_candidates *c)
-{
-    double limit = 0;
-    for (uint32_t i = 0; i < c->count; i++)
-        limit = fmax(limit, c->distance2[i]);
-    if (c->count)
-        keep(c, c->count - 1, limit);
-    return limit;
-}
+/* ---- the distance ---- */
 
 /* A squared radius beyond which there is no photon. */
 static double whole_map(const pm_search *s)
 {
     double sum = 0;
     for (int a = 0; a < 3; a++) {
-        double d = fabs(s->point[a]) + PM_GRID_PER_WORLD;
+        double d = fabs((double)s->point[a]) + PM_GRID_PER_WORLD;
         sum += d * d;
     }
-    return sum;
+    return sum * (1 + 0x1p-20);
+}
+
+/* The greatest float below x > 0. */
+static float just_below(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    bits--;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+/* One point's search. */
+struct job {
+    pm_search *search;
+    pm_nearest *work;
+    uint32_t wanted;
+    bool listed;   /* the list at hand has all blocks; else each visit walks */
+    bool finished; /* no photon can be nearer than those collected */
+    size_t count;  /* collected */
+    pm_running_sum sum;
+    uint32_t missing;
+    pm_candidates *found;
+};
+
+static void visit(struct job *job, pm_take_list *take)
+{
+    if (job->listed) {
+        take(job, NULL, &job->work->list);
+        return;
+    }
+    pm_group alone = pm_group_make(job->search, 1);
+    pm_group_walk(&alone, &job->work->list, take, job);
+}
+
+/* Keeps the `count` least distances, none of them above limit. */
+static void keep(struct job *job, size_t count, float limit)
+{
+    float *values = job->work->distance2;
+    size_t n = 0;
+    for (size_t i = 0; i < job->count && n < count; i++)
+        if (values[i] < limit)
+            values[n++] = values[i];
+    while (n < count)
+        values[n++] = limit;
+    job->count = n;
+}
+
+static void take_distances(void *context, pm_group *group, pm_list *list)
+{
+    (void)group;
+    struct job *job = context;
+    pm_search *s = job->search;
+    float *values = job->work->distance2;
+    size_t rank = (size_t)job->wanted + 1;
+    if (job->finished)
+        return;
+    job->count += s->map->kernel->collect(list, s, values + job->count);
+    if (job->listed || job->count <= rank)
+        return;
+    float limit = s->map->kernel->select(values, job->count, rank, (float)s->bound);
+    keep(job, rank, limit);
+    job->finished = limit == 0;
+    if (limit > 0)
+        pm_search_set_bound(s, (double)just_below(limit));
+}
+
+/* The squared distance of the photon behind those wanted; INFINITY if there is none within
+ * the bound. */
+static double next_distance2(struct job *job)
+{
+    const pm_search *s = job->search;
+    double bound = s->bound;
+    job->count = 0;
+    job->finished = false;
+    visit(job, take_distances);
+    if (job->count <= job->wanted)
+        return INFINITY;
+    return (double)s->map->kernel->select(job->work->distance2, job->count,
+                                          (size_t)job->wanted + 1, (float)bound);
+}
+
+static struct job start_job(pm_search *s, uint32_t wanted, pm_nearest *work)
+{
+    assert(wanted && wanted <= PM_GATHER_MAX);
+    return (struct job){.search = s, .work = work, .wanted = wanted};
+}
+
+static bool ready_list(pm_group *group, pm_list *list)
+{
+    if (!pm_group_list(group, list))
+        return false;
+    group->searches[0].map->kernel->prepare(group, list);
+    return true;
+}
+
+/* Looks in growing balls; leaves the last one's blocks listed if one list holds them. */
+static double search_alone(struct job *job, double first, double most)
+{
+    pm_search *s = job->search;
+    for (double bound = first;;) {
+        bound = fmin(bound, most);
+        pm_search_set_bound(s, bound);
+        pm_group alone = pm_group_make(s, 1);
+        job->listed = ready_list(&alone, &job->work->list);
+        double next2 = next_distance2(job);
+        if (isfinite(next2))
+            return next2;
+        if (bound >= most) {
+            pm_search_set_bound(s, most);
+            return next2;
+        }
+        bound *= fmin(1.5 * (job->wanted + 1) / ((double)job->count + 1), 16);
+        s->careful = s->surface;
+    }
+}
+
+static double first_bound(pm_search *s, uint32_t wanted, double most)
+{
+    return s->map->levels ? pm_search_guess(s, wanted) : most;
+}
+
+/* ---- what lies within ---- */
+
+static void take_sum(void *context, pm_group *group, pm_list *list)
+{
+    (void)group;
+    struct job *job = context;
+    pm_sum_list(&job->sum, job->search, list);
+}
+
+static void take_ties(void *context, pm_group *group, pm_list *list)
+{
+    (void)group;
+    struct job *job = context;
+    if (job->missing)
+        job->missing = pm_sum_ties(&job->sum, job->search, list, job->missing);
+}
+
+static pm_flux_sum sum_below(struct job *job, double next2, const pm_photon_weight *weight)
+{
+    pm_search *s = job->search;
+    pm_sum_begin(&job->sum, weight);
+    if (isfinite(next2))
+        pm_search_set_bound(s, next2 > 0 ? (double)just_below((float)next2) : 0);
+    if (next2 > 0)
+        visit(job, take_sum);
+    job->missing = job->wanted - job->sum.plain.count - job->sum.others.count;
+    if (isfinite(next2) && job->missing) {
+        pm_search_set_bound(s, next2);
+        visit(job, take_ties);
+    }
+    return pm_sum_end(&job->sum, s->map);
+}
+
+static void take_candidates(void *context, pm_group *group, pm_list *list)
+{
+    (void)group;
+    struct job *job = context;
+    pm_found found[PM_LIST_MAX];
+    size_t count = job->search->map->kernel->find(list, job->search, found);
+    for (size_t i = 0; i < count; i++)
+        for (unsigned lanes = found[i].lanes; lanes; lanes &= lanes - 1) {
+            unsigned lane = (unsigned)__builtin_ctz(lanes);
+            pm_candidates *c = job->found;
+            bool tie = job->finished && found[i].distance2[lane] >= (float)job->search->bound;
+            if (c->count == job->wanted || (tie && !job->missing))
+                continue;
+            job->missing -= tie;
+            c->distance2[c->count] = (double)found[i].distance2[lane];
+            c->index[c->count++] = found[i].block * PM_BLOCK_SIZE + lane;
+        }
 }
 
 double pm_search_nearest(pm_search *s, uint32_t wanted, pm_candidates *out)
 {
-    assert(wanted && wanted <= PM_GATHER_MAX);
+    pm_nearest work;
+    struct job job = start_job(s, wanted, &work);
     double most = fmin(s->bound, whole_map(s));
-    double bound = s->map->levels ? pm_search_guess(s, wanted + 1) : most;
+    double next2 = search_alone(&job, first_bound(s, wanted + 1, most), most);
+    job.found = out;
     out->wanted = wanted;
-    for (;;) {
-        double searched = fmin(bound, most);
-        pm_search_set_bound(s, searched);
-        gather(s, out);
-        if (out->count > wanted) {
-            double next = select_distance(out, wanted + 1);
-            keep(out, wanted, next);
-            return next;
+    out->count = 0;
+    job.finished = isfinite(next2); /* then photons at the bound are ties */
+    job.missing = wanted;
+    if (isfinite(next2)) {
+        size_t below = 0;
+        for (size_t i = 0; i < job.count; i++)
+            below += work.distance2[i] < (float)next2;
+        job.missing = wanted - (uint32_t)below;
+        pm_search_set_bound(s, next2);
+    }
+    visit(&job, take_candidates);
+    return next2;
+}
+
+/* ---- groups ---- */
+
+/* A bound for points near the last ones: what they found, and the spread of a Poisson number.
+ */
+static double bound_from(const pm_guess *guess, const pm_search *s, double far)
+{
+    double distance2 = 0;
+    for (int a = 0; a < 3; a++) {
+        double d = (double)s->point[a] - (double)guess->point[a];
+        distance2 += d * d;
+    }
+    return distance2 <= far * guess->bound ? guess->bound : 0;
+}
+
+static void learn(pm_guess *guess, const pm_search *last, double sum, size_t count,
+                  double factor)
+{
+    if (count)
+        guess->bound = fmax(sum / (double)count * factor, 1);
+    memcpy(guess->point, last->point, sizeof guess->point);
+}
+
+/* The bound to begin with at the next few points. */
+static double begin(pm_search *s, uint32_t wanted, const pm_guess *guess)
+{
+    const double far = 64; /* eight radii */
+    double bound = bound_from(guess, s, far);
+    return bound > 0 ? bound : first_bound(s, wanted, whole_map(s));
+}
+
+/* Sums at as many of the points as make a group; returns how many. */
+static size_t sum_group(pm_search *searches, size_t many, uint32_t wanted,
+                        const pm_photon_weight *const *weights, pm_guess *guess,
+                        pm_nearest *work, pm_flux_sum *out, double *next2)
+{
+    double most[PM_GROUP_MAX], found = 0;
+    double first = begin(&searches[0], wanted + 1, guess);
+    size_t n = 0, count = many < PM_GROUP_MAX ? many : PM_GROUP_MAX;
+    for (size_t i = 0; i < count; i++) {
+        most[i] = fmin(searches[i].bound, whole_map(&searches[i]));
+        pm_search_set_bound(&searches[i], fmin(first, most[i]));
+    }
+    pm_group group = pm_group_make(searches, count);
+    bool listed = ready_list(&group, &work->list);
+    for (size_t i = 0; i < group.count; i++) {
+        struct job job = start_job(&searches[i], wanted, work);
+        job.listed = listed;
+        next2[i] = listed ? next_distance2(&job) : INFINITY;
+        if (isinf(next2[i]) && (!listed || searches[i].bound < most[i])) {
+            next2[i] = -1; /* later, alone */
+            continue;
         }
-        if (searched >= most)
-            return INFINITY;
-        double missing = 1.5 * (wanted + 1) / (out->count + 1.0);
-        bound = searched * fmin(missing, 16);
+        found += isfinite(next2[i]) ? next2[i] : 0;
+        n += isfinite(next2[i]);
+        out[i] = sum_below(&job, next2[i], weights[i]);
+    }
+    for (size_t i = 0; i < group.count; i++) {
+        if (next2[i] >= 0)
+            continue;
+        struct job job = start_job(&searches[i], wanted, work);
+        double alone = listed ? 1.6 * first : first_bound(&searches[i], wanted + 1, most[i]);
+        next2[i] = search_alone(&job, alone, most[i]);
+        found += isfinite(next2[i]) ? next2[i] : 0;
+        n += isfinite(next2[i]);
+        out[i] = sum_below(&job, next2[i], weights[i]);
+    }
+    for (size_t i = group.count; i < count; i++)
+        pm_search_set_bound(&searches[i], most[i]);
+    learn(guess, &searches[group.count - 1], found, n, 1 + 2 / sqrt(wanted + 1.0));
+    return group.count;
+}
+
+void pm_nearest_sum(pm_search *searches, size_t count, uint32_t wanted,
+                    const pm_photon_weight *const *weights, pm_guess *guess, pm_nearest *work,
+                    pm_flux_sum *out, double *next2)
+{
+    for (size_t i = 0; i < count;)
+        i += sum_group(searches + i, count - i, wanted, weights + i, guess, work, out + i,
+                       next2 + i);
+}
+
+/* ---- the nearest one ---- */
+
+struct closest {
+    pm_search *search;
+    pm_closest best;
+};
+
+static void take_closest(void *context, pm_group *group, pm_list *list)
+{
+    (void)group;
+    struct closest *c = context;
+    c->search->map->kernel->closest(list, c->search, &c->best);
+}
+
+static void start_closest(struct closest *c, pm_search *s)
+{
+    c->search = s;
+    for (int i = 0; i < PM_BLOCK_SIZE; i++) {
+        c->best.distance2[i] = INFINITY;
+        c->best.index[i] = 0;
+    }
+}
+
+static size_t best_index(const pm_closest *best, double *distance2)
+{
+    size_t index = SIZE_MAX;
+    float least = INFINITY;
+    for (unsigned i = 0; i < PM_BLOCK_SIZE; i++) {
+        uint32_t block;
+        memcpy(&block, &best->index[i], sizeof block);
+        size_t here = (size_t)block * PM_BLOCK_SIZE + i;
+        if (best->distance2[i] < least || (best->distance2[i] == least && here < index)) {
+            index = isinf(best->distance2[i]) ? index : here;
+            least = best->distance2[i];
+        }
+    }
+    *distance2 = (double)least;
+    return index;
+}
+
+static size_t closest_alone(pm_search *s, double first, double most, pm_list *list,
+                            double *distance2)
+{
+    for (double bound = first;;) {
+        struct closest c;
+        start_closest(&c, s);
+        bound = fmin(bound, most);
+        pm_search_set_bound(s, bound);
+        pm_group alone = pm_group_make(s, 1);
+        alone.fluxes = false;
+        pm_group_walk(&alone, list, take_closest, &c);
+        size_t index = best_index(&c.best, distance2);
+        if (index != SIZE_MAX || bound >= most)
+            return index;
+        bound *= 16;
         s->careful = s->surface;
     }
+}
+
+static size_t closest_group(pm_search *searches, size_t many, pm_guess *guess, pm_list *list,
+                            size_t *index)
+{
+    double most[PM_GROUP_MAX], first = begin(&searches[0], 1, guess), sum = 0;
+    size_t n = 0, count = many < PM_GROUP_MAX ? many : PM_GROUP_MAX;
+    for (size_t i = 0; i < count; i++) {
+        most[i] = fmin(searches[i].bound, whole_map(&searches[i]));
+        pm_search_set_bound(&searches[i], fmin(first, most[i]));
+    }
+    pm_group group = pm_group_make(searches, count);
+    group.fluxes = false;
+    bool listed = ready_list(&group, list);
+    double distance2[PM_GROUP_MAX];
+    for (size_t i = 0; i < group.count; i++) {
+        struct closest c;
+        start_closest(&c, &searches[i]);
+        if (listed)
+            take_closest(&c, NULL, list);
+        index[i] = best_index(&c.best, &distance2[i]);
+    }
+    for (size_t i = 0; i < group.count; i++) {
+        if (index[i] == SIZE_MAX && !(listed && first >= most[i]))
+            index[i] = closest_alone(&searches[i], listed ? 4 * first : first, most[i], list,
+                                     &distance2[i]);
+        sum += index[i] == SIZE_MAX ? 0 : distance2[i];
+        n += index[i] != SIZE_MAX;
+    }
+    for (size_t i = group.count; i < count; i++)
+        pm_search_set_bound(&searches[i], most[i]);
+    learn(guess, &searches[group.count - 1], sum, n, 4);
+    return group.count;
+}
+
+void pm_nearest_one(pm_search *searches, size_t count, pm_guess *guess, pm_list *list,
+                    size_t *index)
+{
+    for (size_t i = 0; i < count;)
+        i += closest_group(searches + i, count - i, guess, list, index + i);
 }

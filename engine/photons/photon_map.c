@@ -1,6 +1,7 @@
 #include "photons/photon_map.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -55,9 +56,14 @@ void pm_photon_map_photon(const pm_photon_map *map, size_t i, pm_photon *out)
 
 enum { SUM_PIECE = 65536 };
 
+struct piece {
+    pm_rgb flux;
+    int exponent; /* greatest */
+};
+
 struct sum {
     const pm_photon_list *list;
-    pm_rgb *pieces;
+    struct piece *pieces;
 };
 
 /* Summed piece by piece, so that the threads do not change it. */
@@ -66,22 +72,29 @@ static void sum_piece(void *context, size_t piece, unsigned thread)
     (void)thread;
     const struct sum *s = context;
     size_t first = piece * SUM_PIECE, end = first + SUM_PIECE;
-    pm_rgb sum = {0, 0, 0};
-    for (size_t i = first; i < end && i < s->list->count; i++)
-        sum = pm_rgb_add(sum, pm_photon_flux(&s->list->photons[i]));
+    struct piece sum = {{0, 0, 0}, 0};
+    for (size_t i = first; i < end && i < s->list->count; i++) {
+        const pm_photon *photon = &s->list->photons[i];
+        sum.flux = pm_rgb_add(sum.flux, pm_photon_flux(photon));
+        sum.exponent = photon->exponent > sum.exponent ? photon->exponent : sum.exponent;
+    }
     s->pieces[piece] = sum;
 }
 
-static pm_status sum_flux(const pm_photon_list *list, pm_pool *pool, pm_rgb *out)
+static pm_status sum_flux(const pm_photon_list *list, pm_pool *pool, pm_photon_map *map)
 {
+    enum { EXPONENT_BIAS = 200 };
     size_t pieces = list->count / SUM_PIECE + 1;
     struct sum s = {list, calloc(pieces, sizeof *s.pieces)};
     if (!s.pieces)
         return PM_E_MEMORY;
     pm_photons_run(pool, pieces, sum_piece, &s);
-    *out = (pm_rgb){0, 0, 0};
-    for (size_t i = 0; i < pieces; i++)
-        *out = pm_rgb_add(*out, s.pieces[i]);
+    for (size_t i = 0; i < pieces; i++) {
+        int exponent = s.pieces[i].exponent;
+        map->flux_sum = pm_rgb_add(map->flux_sum, s.pieces[i].flux);
+        map->exponent = exponent > map->exponent ? exponent : map->exponent;
+    }
+    map->flux_unit = ldexp(1, map->exponent - EXPONENT_BIAS);
     free(s.pieces);
     return PM_OK;
 }
@@ -103,12 +116,13 @@ pm_status pm_photon_map_wrap(const pm_map_header *header, pm_photon_list *list, 
                              pm_photon_map **out, pm_error *err)
 {
     pm_photon_map *map = calloc(1, sizeof *map);
-    if (!map || sum_flux(list, pool, &map->flux_sum)) {
+    if (!map || sum_flux(list, pool, map)) {
         free(map);
         pm_photon_list_clear(list);
         return pm_error_set(err, PM_E_MEMORY, "no memory for a photon map");
     }
     map->header = *header;
+    map->kernel = pm_kernel_best();
     make_all_blocks(map, list, pool);
     pm_status st = pm_nodes_build(map, pool, err);
     if (st) {

@@ -137,11 +137,30 @@ pm_estimate pm_photon_map_within(const pm_photon_map *map, pm_vec3 point, pm_vec
                                  double radius, pm_photon_filter filter,
                                  const pm_photon_weight *weight);
 
+/* A point for many look-ups at once. */
+typedef struct pm_photon_query {
+    pm_vec3 point, normal;
+    double radius; /* > 0: the fixed one, or max_radius */
+    const pm_photon_weight *weight;
+} pm_photon_query;
+
+/* The same at `count` points: the very bytes of one call each, and several times as fast where
+ * points follow each other that are near to each other. */
+void pm_photon_map_within_batch(const pm_photon_map *map, const pm_photon_query *queries,
+                                size_t count, pm_photon_filter filter, pm_estimate *out);
+void pm_photon_map_nearest_batch(const pm_photon_map *map, const pm_photon_query *queries,
+                                 size_t count, uint32_t gather_count, pm_photon_filter filter,
+                                 pm_estimate *out);
+
 /* The nearest photon that counts at the point, as said above; of equally distant ones the first
  * in stored order. max_radius is > 0 and may be INFINITY. False, with *index untouched, if
  * there is none within it. Test: closest_equals_brute_force. */
 bool pm_photon_map_closest(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
                            double max_radius, size_t *index);
+/* The same at many points, each within its query's radius; index[i] is SIZE_MAX where there is
+ * none. Weights do not matter. */
+void pm_photon_map_closest_batch(const pm_photon_map *map, const pm_photon_query *queries,
+                                 size_t count, size_t *index);
 
 /* In-scattering in a medium towards `direction` (unit; where the light is going, e.g. to the
  * eye): sum over the nearest photons of flux * phase(g) / (4/3 pi r^3), with radius, count

@@ -1,19 +1,65 @@
 #include "photons/search.h"
 
 #include <assert.h>
+#include <emmintrin.h>
+#include <math.h>
 
-#include "photons/block_simd.h"
-#include "photons/list_simd.h"
-#include "photons/node_simd.h"
+const pm_kernel *pm_kernel_best(void)
+{
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
+        __builtin_cpu_supports("avx512cd"))
+        return &pm_kernel_avx512;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") &&
+        __builtin_cpu_supports("fma"))
+        return &pm_kernel_avx2;
+    return &pm_kernel_sse2;
+}
+
+/* ---- one search ---- */
+
+/* Not fmin and fmax, which are calls. */
+static inline double least(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double most(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static inline int64_t grid_units(double p)
+{
+    return (int64_t)floor(least(most(p * PM_GRID_PER_WORLD, -0x1p60), 0x1p60) + .5);
+}
 
 pm_search pm_search_volume(const pm_photon_map *map, pm_vec3 p)
 {
     assert(pm_vec3_finite(p));
     return (pm_search){
         .map = map,
-        .point = {p.x * PM_GRID_PER_WORLD, p.y * PM_GRID_PER_WORLD, p.z * PM_GRID_PER_WORLD},
+        .point = {grid_units(p.x), grid_units(p.y), grid_units(p.z)},
         .content = {PM_CONTENT_ANY, PM_CONTENT_ANY},
     };
+}
+
+pm_search pm_search_beside(const pm_search *search, pm_vec3 p)
+{
+    assert(pm_vec3_finite(p));
+    pm_search s = *search;
+    s.point[0] = grid_units(p.x);
+    s.point[1] = grid_units(p.y);
+    s.point[2] = grid_units(p.z);
+    return s;
+}
+
+static int axis_of(const float n[3])
+{
+    for (int a = 0; a < 3; a++)
+        if (fabsf(n[a]) == 1 && n[(a + 1) % 3] == 0 && n[(a + 2) % 3] == 0)
+            return n[a] > 0 ? a + 1 : -a - 1;
+    return 0;
 }
 
 pm_search pm_search_surface(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal,
@@ -21,6 +67,7 @@ pm_search pm_search_surface(const pm_photon_map *map, pm_vec3 point, pm_vec3 nor
 {
     pm_search s = pm_search_volume(map, point);
     s.normal[0] = (float)normal.x, s.normal[1] = (float)normal.y, s.normal[2] = (float)normal.z;
+    s.axis = axis_of(s.normal);
     s.surface = true;
     s.filter = filter;
     s.content[0] = pm_content_sector(normal);
@@ -30,41 +77,134 @@ pm_search pm_search_surface(const pm_photon_map *map, pm_vec3 point, pm_vec3 nor
     return s;
 }
 
-/* ---- from the root to the blocks, level by level ----
- *
- * Nodes of a level do not wait for each other, and
- * children are listed without branches, so the processor has work while comparisons are under
- * way. */
+double pm_search_bound(double radius)
+{
+    double r = radius * PM_GRID_PER_WORLD;
+    return r * r;
+}
 
-enum {
-    CHUNK = PM_TAKE_MAX / PM_NODE_CHILDREN
-}; /* nodes whose children are looked at together */
+/* ---- groups ---- */
+
+/* A group's box may be wider than one search's by this many radii. */
+#define SPREAD 6.0
+
+static void add_search(pm_group *g, const pm_search *s, double radius)
+{
+    for (int a = 0; a < 3; a++) {
+        double p = (double)s->point[a];
+        g->low[a] = least(g->low[a], p - radius);
+        g->high[a] = most(g->high[a], p + radius);
+        g->point_low[a] = least(g->point_low[a], p);
+        g->point_high[a] = most(g->point_high[a], p);
+    }
+    g->least_radius = least(g->least_radius, radius);
+    g->axis = s->axis == g->axis ? g->axis : 0;
+    g->count++;
+}
+
+/* Whether walking along is worth it. */
+static bool fits(const pm_group *g, const pm_search *s, double radius)
+{
+    const pm_search *first = &g->searches[0];
+    if (s->content[0] != first->content[0] || s->filter != first->filter)
+        return false;
+    double radius_least = least(g->least_radius, radius);
+    for (int a = 0; a < 3; a++) {
+        double p = (double)s->point[a];
+        double low = least(g->low[a], p - radius), high = most(g->high[a], p + radius);
+        if (!(high - low <= (2 + SPREAD) * radius_least))
+            return false;
+    }
+    return true;
+}
+
+pm_group pm_group_make(pm_search *searches, size_t count)
+{
+    pm_group g = {.searches = searches,
+                  .axis = searches[0].axis,
+                  .low = {INFINITY, INFINITY, INFINITY},
+                  .high = {-INFINITY, -INFINITY, -INFINITY},
+                  .point_low = {INFINITY, INFINITY, INFINITY},
+                  .point_high = {-INFINITY, -INFINITY, -INFINITY},
+                  .least_radius = INFINITY,
+                  .fluxes = true};
+    while (g.count < count && g.count < PM_GROUP_MAX) {
+        const pm_search *s = &searches[g.count];
+        double radius = (double)s->reach;
+        if (g.count && !fits(&g, s, radius))
+            break;
+        add_search(&g, s, radius);
+    }
+    return g;
+}
+
+/* ---- from the root to the blocks ---- */
+
+struct walk {
+    pm_group *group;
+    pm_list *list;
+    pm_take_list *take; /* NULL: one list must do */
+    void *context;
+    bool overflow;
+};
+
+/* Children whose box meets [from, to] along one axis, in steps. */
+static __m128i children_meet(const pm_node *node, int axis, float from, float to)
+{
+    __m128i low = _mm_loadu_si128((const __m128i *)(const void *)node->low[axis]);
+    __m128i high = _mm_loadu_si128((const __m128i *)(const void *)node->high[axis]);
+    __m128i first = _mm_set1_epi8((char)(int)(from > 0 ? from : 0));
+    __m128i last = _mm_set1_epi8((char)(int)(to < PM_NODE_STEPS ? to : PM_NODE_STEPS - 1));
+    return _mm_and_si128(_mm_cmpeq_epi8(_mm_min_epu8(low, last), low),
+                         _mm_cmpeq_epi8(_mm_max_epu8(high, first), high));
+}
+
+/* Children of the node that may hold photons within a bound of the group: those that hold what
+ * is sought and whose box meets the group's. */
+static unsigned node_mask(const pm_node *node, const pm_group *g)
+{
+    /* Of all this only the conversion to float rounds, by less than 2^-15 steps below 2^8. */
+    const float slack = 0x1p-15F;
+    __m128i meet = _mm_set1_epi8(-1);
+    for (int a = 0; a < 3; a++) {
+        float from = (float)(g->low[a] - node->origin[a]) * node->steps_per_unit - slack;
+        float to = (float)(g->high[a] - node->origin[a]) * node->steps_per_unit + slack;
+        if (to < 0 || from >= PM_NODE_STEPS)
+            return 0;
+        meet = _mm_and_si128(meet, children_meet(node, a, from, to));
+    }
+    const pm_search *s = &g->searches[0];
+    return (unsigned)_mm_movemask_epi8(meet) & node->holds[s->content[0]] &
+           node->holds[s->content[1]];
+}
 
 /* False if no photon of child c can lie in the tangent plane: known where all have one normal.
  */
-static bool child_in_plane(const pm_node *node, unsigned c, pm_search *s)
+static bool child_in_plane(const pm_node *node, unsigned c, const pm_search *s)
 {
     if (node->normal[c] == PM_NORMAL_MIXED)
         return true;
-    if (node->normal[c] != s->known_normal)
-        learn_normal(s, node->normal[c]);
-    if (!s->known_accepted)
-        return false;
-    double step = 1 / (double)node->steps_per_unit;
+    const pm_photon photon = {
+        .normal = {(uint8_t)node->normal[c], (uint8_t)(node->normal[c] >> 8)}};
+    const pm_vec3 n = pm_photon_normal(&photon);
+    const double own[3] = {n.x, n.y, n.z};
+    double step = (double)pm_node_step(node);
     double height = 0, thickness = 0, center2 = 0, half2 = 0;
     for (int a = 0; a < 3; a++) {
         double half = (node->high[a][c] + 1 - node->low[a][c]) * step / 2;
-        double center = node->origin[a] + node->low[a][c] * step + half - s->point[a];
-        height += center * s->known_mean[a];
-        thickness += half * fabs(s->known_mean[a]);
+        double center = node->origin[a] + node->low[a][c] * step + half - (double)s->point[a];
+        double mean = (own[a] + (double)s->normal[a]) / 2;
+        height += center * mean;
+        thickness += half * fabs(mean);
         center2 += center * center;
         half2 += half * half;
     }
     double farthest = sqrt(center2) + sqrt(half2);
-    return fabs(height) - thickness <= PM_TANGENT_SLOPE * farthest + 2 * PM_TANGENT_SLACK;
+    double limit = (double)PM_TANGENT_SLOPE * farthest + 2 * (double)PM_TANGENT_SLACK;
+    return fabs(height) - thickness <= limit * (1 + 0x1p-18);
 }
 
-static unsigned children_in_plane(const pm_node *node, unsigned mask, pm_search *s)
+static unsigned children_in_plane(const pm_node *node, unsigned mask, const pm_search *s)
 {
     for (unsigned rest = mask; rest; rest &= rest - 1)
         if (!child_in_plane(node, (unsigned)__builtin_ctz(rest), s))
@@ -72,29 +212,99 @@ static unsigned children_in_plane(const pm_node *node, unsigned mask, pm_search 
     return mask;
 }
 
-static void walk_level(pm_search *s, int level, const uint32_t *list, size_t count,
-                       pm_take_blocks *take, void *context)
+static void fetch_block(const pm_photon_block *block)
 {
-    const pm_node *nodes = s->map->nodes + s->map->level_start[level];
-    uint32_t children[CHUNK * PM_NODE_CHILDREN + PM_NODE_CHILDREN];
-    for (size_t first = 0; first < count; first += CHUNK) {
-        size_t end = first + CHUNK < count ? first + CHUNK : count, found = 0;
-        for (size_t i = first; i < end; i++) {
-            unsigned mask = node_mask(&nodes[list[i]], s);
-            if (s->careful)
-                mask = children_in_plane(&nodes[list[i]], mask, s);
-            found += list_bits(children + found, list[i] * PM_NODE_CHILDREN, mask);
-        }
-        if (level)
-            walk_level(s, level - 1, children, found, take, context);
-        else
-            take(context, s, children, found);
-    }
+    for (size_t i = 0; i < sizeof *block; i += 64)
+        __builtin_prefetch((const char *)block + i);
 }
 
-void pm_search_walk(pm_search *s, pm_take_blocks *take, void *context)
+static void list_block(struct walk *w, const pm_node *node, unsigned c, size_t index, bool wide)
 {
-    const uint32_t root = 0;
-    if (s->map->levels)
-        walk_level(s, s->map->levels - 1, &root, 1, take, context);
+    pm_ready *r = &w->list->ready[w->list->count++];
+    size_t block = index * PM_NODE_CHILDREN + c;
+    r->block = &w->group->searches[0].map->blocks[block];
+    r->index = (uint32_t)block;
+    r->code = node->normal[c];
+    r->wide = wide;
+    fetch_block(r->block);
+}
+
+/* Whether differences between points and photons of a node may not fit 32 bits. */
+static bool is_wide(const pm_node *node, const pm_group *g)
+{
+    double size = PM_NODE_STEPS * (double)pm_node_step(node);
+    bool wide = false;
+    for (int a = 0; a < 3; a++)
+        wide |= node->origin[a] + size - g->point_low[a] > INT32_MAX ||
+                node->origin[a] - g->point_high[a] < INT32_MIN;
+    return wide;
+}
+
+static void take_list(struct walk *w, bool last)
+{
+    pm_group *g = w->group;
+    w->list->last = last;
+    g->searches[0].map->kernel->prepare(g, w->list);
+    w->take(w->context, g, w->list);
+    w->list->count = 0;
+}
+
+static void list_children(struct walk *w, size_t index, unsigned mask)
+{
+    const pm_search *s = &w->group->searches[0];
+    const pm_node *node = &s->map->nodes[index];
+    bool wide = is_wide(node, w->group);
+    if (w->list->count + (unsigned)__builtin_popcount(mask) > PM_LIST_MAX) {
+        w->overflow = !w->take;
+        if (w->overflow)
+            return;
+        take_list(w, false);
+    }
+    s->map->kernel->list_boxes(node, mask, s->point, w->list);
+    for (; mask; mask &= mask - 1)
+        list_block(w, node, (unsigned)__builtin_ctz(mask), index, wide);
+}
+
+static void walk_node(struct walk *w, int level, size_t index)
+{
+    const pm_photon_map *map = w->group->searches[0].map;
+    const pm_node *node = &map->nodes[map->level_start[level] + index];
+    unsigned mask = node_mask(node, w->group);
+    if (w->group->searches[0].careful && w->group->count == 1)
+        mask = children_in_plane(node, mask, &w->group->searches[0]);
+    if (!level) {
+        if (mask)
+            list_children(w, index, mask);
+        return;
+    }
+    for (; mask && !w->overflow; mask &= mask - 1)
+        walk_node(w, level - 1, index * PM_NODE_CHILDREN + (unsigned)__builtin_ctz(mask));
+}
+
+static void start_walk(struct walk *w)
+{
+    pm_group *g = w->group;
+    const pm_photon_map *map = g->searches[0].map;
+    w->list->count = 0;
+    for (size_t i = 0; i < g->count; i++)
+        for (int a = 0; a < 3; a++)
+            g->searches[i].offset[a] =
+                (float)(g->searches[i].point[a] - g->searches[0].point[a]);
+    if (map->levels)
+        walk_node(w, map->levels - 1, 0);
+}
+
+void pm_group_walk(pm_group *group, pm_list *list, pm_take_list *take, void *context)
+{
+    struct walk w = {group, list, take, context, false};
+    start_walk(&w);
+    take_list(&w, true);
+}
+
+bool pm_group_list(pm_group *group, pm_list *list)
+{
+    struct walk w = {.group = group, .list = list};
+    list->last = true;
+    start_walk(&w);
+    return !w.overflow;
 }

@@ -6,19 +6,19 @@
 #include "forward/forward.h"
 #include "photons/photon_map.h"
 
-/* Look-ups of 50 photons among a million a CPU second, one thread: nearest, and within the
- * radius that holds 50. Queries are further photons of the same light, along the Morton curve
- * (as the pixels of a picture nearly are), in random order, and raised from the surfaces, where
- * hardly a photon counts. Target: 0.5 M nearest look-ups a CPU second in order on evenly lit
- * walls, a third of that on the caustics of the peers box. Of several rounds the fastest
- * counts: other work on the machine disturbed it least. */
+/* Look-ups among photons on surfaces, M a CPU second, one thread, in batches: within the radius
+ * that holds 50, of the 50 nearest, and of the nearest one, which is what a precomputed map is
+ * asked for. Queries are further photons of the same light, along the Morton curve (as the
+ * pixels of a picture nearly are), and in random order. Targets in order among a million: 8,
+ * 1.5 and 8; a third of each among 10^7 and on the uneven caustic map. Of several rounds the
+ * fastest counts: other work on the machine disturbed it least. At last the same on two threads
+ * at a time, whose CPU seconds should be at most 1.08 times one's. */
 
-enum { PHOTONS = 1000000, QUERIES = 100000, GATHER = 50, ROUNDS = 7 };
+enum { QUERIES = 100000, GATHER = 50, ROUNDS = 7 };
 
-struct queries {
-    pm_vec3 point[QUERIES], normal[QUERIES];
-    double radius[QUERIES];
-};
+static pm_photon_query queries[QUERIES];
+static pm_estimate answers[QUERIES];
+static size_t found[QUERIES];
 
 /* Six walls of a room, each lit evenly. */
 static void put_on_wall(pm_rng *rng, pm_photon *out)
@@ -83,94 +83,127 @@ static pm_photon_map *build(pm_batch *photons, size_t count, double *seconds)
 }
 
 /* The photons behind the map's own, in stored order of a map of their own. */
-static void put_queries(const pm_photon_map *map, pm_batch *photons, struct queries *out)
+static void put_queries(const pm_photon_map *map, pm_batch *photons, size_t count)
 {
     double seconds;
     pm_batch rest = *photons;
-    rest.photons += PHOTONS;
+    rest.photons += count;
     pm_photon_map *sorted = build(&rest, QUERIES, &seconds);
     for (size_t i = 0; i < QUERIES; i++) {
         pm_photon photon;
         pm_photon_map_photon(sorted, i, &photon);
-        out->point[i] = pm_photon_position(&photon);
-        out->normal[i] = pm_photon_normal(&photon);
-        out->radius[i] = pm_photon_map_nearest(map, out->point[i], out->normal[i], GATHER,
-                                               INFINITY, PM_PHOTONS_ALL, NULL)
-                             .radius;
+        queries[i] = (pm_photon_query){.point = pm_photon_position(&photon),
+                                       .normal = pm_photon_normal(&photon),
+                                       .radius = INFINITY};
     }
+    pm_photon_map_nearest_batch(map, queries, QUERIES, GATHER, PM_PHOTONS_ALL, answers);
+    for (size_t i = 0; i < QUERIES; i++)
+        queries[i].radius = answers[i].radius;
     pm_photon_map_free(sorted);
 }
 
-static void shuffle(struct queries *q)
+static void shuffle(void)
 {
     pm_rng rng;
     pm_rng_init(&rng, 2, PM_RNG_PATH, 0);
     for (size_t i = QUERIES - 1; i > 0; i--) {
         size_t k = pm_rng_u32(&rng) % (i + 1);
-        pm_vec3 point = q->point[i], normal = q->normal[i];
-        double radius = q->radius[i];
-        q->point[i] = q->point[k], q->normal[i] = q->normal[k], q->radius[i] = q->radius[k];
-        q->point[k] = point, q->normal[k] = normal, q->radius[k] = radius;
+        pm_photon_query swap = queries[i];
+        queries[i] = queries[k];
+        queries[k] = swap;
     }
 }
 
-/* M look-ups a CPU second; `used` counts the photons, so that nothing is optimised away. */
-static double look_up(const pm_photon_map *map, const struct queries *q, int nearest,
-                      double *used)
+enum question { WITHIN, NEAREST, CLOSEST, QUESTIONS };
+
+struct part {
+    const pm_photon_map *map;
+    enum question question;
+};
+
+enum { PIECE = 1000 };
+
+static void ask(void *context, size_t piece, unsigned thread)
+{
+    (void)thread;
+    const struct part *part = context;
+    size_t first = piece * PIECE;
+    if (part->question == WITHIN)
+        pm_photon_map_within_batch(part->map, queries + first, PIECE, PM_PHOTONS_ALL,
+                                   answers + first);
+    else if (part->question == NEAREST)
+        pm_photon_map_nearest_batch(part->map, queries + first, PIECE, GATHER, PM_PHOTONS_ALL,
+                                    answers + first);
+    else
+        pm_photon_map_closest_batch(part->map, queries + first, PIECE, found + first);
+}
+
+/* M look-ups a CPU second. */
+static double look_up(const pm_photon_map *map, enum question question, pm_pool *pool)
 {
     double best = 0;
+    struct part part = {map, question};
     for (int round = 0; round < ROUNDS; round++) {
-        double photons = 0;
         bench_time start = bench_now();
-        for (size_t i = 0; i < QUERIES; i++)
-            photons += nearest ? pm_photon_map_nearest(map, q->point[i], q->normal[i], GATHER,
-                                                       INFINITY, PM_PHOTONS_ALL, NULL)
-                                     .count
-                               : pm_photon_map_within(map, q->point[i], q->normal[i],
-                                                      q->radius[i], PM_PHOTONS_ALL, NULL)
-                                     .count;
+        pm_pool_run(pool, QUERIES / PIECE, ask, &part);
         best = fmax(best, 1e-6 * QUERIES / bench_since(start).cpu);
-        *used = photons / QUERIES;
     }
     return best;
 }
 
-static void measure(const char *name, pm_batch *photons, struct queries *queries)
+static double photons_used(void)
 {
-    double seconds, used;
-    pm_photon_map *map = build(photons, PHOTONS, &seconds);
-    put_queries(map, photons, queries);
-    for (int random = 0; random < 2; random++) {
-        double nearest = look_up(map, queries, 1, &used);
-        double within = look_up(map, queries, 0, &used);
-        printf("%-24s %-7s %15.3f %15.3f %8.1f\n", name, random ? "random" : "sorted", nearest,
-               within, used);
-        shuffle(queries);
+    double photons = 0;
+    for (size_t i = 0; i < QUERIES; i++)
+        photons += answers[i].count;
+    return photons / QUERIES;
+}
+
+static void measure(const char *name, pm_batch *photons, size_t count)
+{
+    double seconds;
+    pm_pool *one = bench_need(pm_pool_new(1)), *two = bench_need(pm_pool_new(2));
+    pm_photon_map *map = build(photons, count, &seconds);
+    put_queries(map, photons, count);
+    for (int kind = 0; kind < 3; kind++) { /* in order; on two threads; in random order */
+        static const char *const names[] = {"sorted", "sorted, two threads", "random"};
+        if (kind == 2)
+            shuffle();
+        printf("%-24s %-20s", name, names[kind]);
+        for (int question = QUESTIONS; question--;) {
+            double rate = look_up(map, (enum question)question, kind == 1 ? two : one);
+            printf(" %10.3f", rate);
+        }
+        printf(" %8.1f\n", photons_used());
     }
     printf("%-24s build %.3f CPU s, %.2f bytes a photon\n", name, seconds,
-           (double)pm_photon_map_bytes(map) / PHOTONS);
+           (double)pm_photon_map_bytes(map) / (double)count);
     pm_photon_map_free(map);
+    pm_pool_free(one);
+    pm_pool_free(two);
 }
 
 int main(void)
 {
-    pm_batch photons = {.count = PHOTONS + QUERIES};
+    enum { MILLION = 1000000 };
+    pm_batch photons = {.count = 10 * MILLION + QUERIES};
     photons.photons = bench_need(calloc(photons.count, sizeof *photons.photons));
-    struct queries *queries = bench_need(malloc(sizeof *queries));
     const char *scene = PM_SOURCE_DIR "/scenes/peers_box/scene.rad";
-    bench_title("lookup: 50 photons among a million, one thread");
-    printf("map                      queries M nearest/CPU s  M within/CPU s  photons\n");
+    bench_title("lookup: M look-ups a CPU second");
+    printf("map                      queries              nearest 1       N=%d     radius "
+           "photons\n",
+           GATHER);
+    photons.count = MILLION + QUERIES;
     light_walls(&photons);
-    measure("evenly lit walls", &photons, queries);
+    measure("10^6, evenly lit walls", &photons, MILLION);
     trace_photons(scene, PM_MAP_CAUSTIC, &photons);
-    measure("caustics of peers box", &photons, queries);
-    photons.count = QUERIES;
-    photons.photons += PHOTONS;
+    measure("10^6, caustics of peers", &photons, MILLION);
+    photons.kind = PM_MAP_GLOBAL;
     trace_photons(scene, PM_MAP_GLOBAL, &photons);
-    photons.count += PHOTONS;
-    photons.photons -= PHOTONS;
-    measure("the same, all surfaces", &photons, queries);
-    free(queries);
+    measure("10^6, global of peers", &photons, MILLION);
+    photons.count = 10 * MILLION + QUERIES;
+    light_walls(&photons);
+    measure("10^7, evenly lit walls", &photons, 10 * MILLION);
     free(photons.photons);
     return 0;
 }

@@ -69,13 +69,15 @@ static pm_rgb flux_of(const pm_photon_map *map, const struct found *found, size_
     return sum;
 }
 
-static void assert_close(double a, double b)
+/* Distances are floats: 2^-20 covers the area of their radius. */
+static void assert_close(double a, double b, double slack)
 {
-    assert_true(fabs(a - b) <= 1e-12 * fabs(b));
+    assert_true(fabs(a - b) <= 0x1p-20 * fabs(b) + slack);
 }
 
 /* Fluxes are small whole numbers here, so sums are exact in any order. */
-static void assert_estimate(pm_estimate e, pm_rgb flux, size_t count, double radius)
+static void assert_estimate(pm_estimate e, pm_rgb flux, size_t count, double radius,
+                            double slack)
 {
     double area = PM_PI * radius * radius;
     assert_int_equal(e.count, count);
@@ -83,25 +85,37 @@ static void assert_estimate(pm_estimate e, pm_rgb flux, size_t count, double rad
         assert_true(e.irradiance.r == 0 && e.irradiance.g == 0 && e.irradiance.b == 0);
         return;
     }
-    assert_close(e.radius, radius);
-    assert_close(e.irradiance.r * area, flux.r);
-    assert_close(e.irradiance.g * area, flux.g);
-    assert_close(e.irradiance.b * area, flux.b);
+    assert_close(e.radius, radius, 0);
+    assert_close(e.irradiance.r * area, flux.r, slack);
+    assert_close(e.irradiance.g * area, flux.g, slack);
+    assert_close(e.irradiance.b * area, flux.b, slack);
+}
+
+/* What photons at nearly the distance of found[at] may change: floats do not tell which is
+ * nearer. They carry 1 to 3 in a channel, or 0 to 2. */
+static double tie_slack(const struct found *found, size_t count, size_t at)
+{
+    size_t near = 0;
+    for (size_t i = 0; i < count; i++)
+        near += i != at && found[i].distance2 != found[at].distance2 &&
+                fabs(found[i].distance2 - found[at].distance2) <= 0x1p-21 * found[at].distance2;
+    return 2.0 * (double)near;
 }
 
 static void check_nearest(const pm_photon_map *map, const struct query *q, struct found *found)
 {
-    size_t count = brute_force(map, q, found), used = count;
-    double radius = q->max_radius;
+    size_t count = brute_force(map, q, found), all = count, used = count;
+    double radius = q->max_radius, slack = 0;
     if (count > q->gather_count || !isfinite(radius)) {
         if (count > (size_t)q->gather_count + 1)
             count = (size_t)q->gather_count + 1;
         used = count ? count - 1 : 0;
         radius = count ? fmax(sqrt(found[used].distance2), 0x1p-31) : 0;
+        slack = count ? tie_slack(found, all, used) : 0;
     }
     pm_estimate e = pm_photon_map_nearest(map, q->point, q->normal, q->gather_count,
                                           q->max_radius, q->filter, NULL);
-    assert_estimate(e, flux_of(map, found, used), used, radius);
+    assert_estimate(e, flux_of(map, found, used), used, radius, slack);
 }
 
 static void check_within(const pm_photon_map *map, const struct query *q, struct found *found)
@@ -109,7 +123,7 @@ static void check_within(const pm_photon_map *map, const struct query *q, struct
     size_t count = brute_force(map, q, found);
     pm_estimate e =
         pm_photon_map_within(map, q->point, q->normal, q->max_radius, q->filter, NULL);
-    assert_estimate(e, flux_of(map, found, count), count, q->max_radius);
+    assert_estimate(e, flux_of(map, found, count), count, q->max_radius, 0);
 }
 
 static void check_closest(const pm_photon_map *map, const struct query *q, struct found *found)
@@ -123,11 +137,18 @@ static void check_closest(const pm_photon_map *map, const struct query *q, struc
         assert_int_equal(index, found[0].index);
 }
 
+/* Searches round points to the grid of stored positions; here they lie on it. */
+static pm_vec3 on_grid(pm_vec3 p)
+{
+    return (pm_vec3){rint(p.x * 0x1p31) * 0x1p-31, rint(p.y * 0x1p31) * 0x1p-31,
+                     rint(p.z * 0x1p31) * 0x1p-31};
+}
+
 /* A query on a photon, next to one, or anywhere in and around the cube. */
 static struct query make_query(const pm_photon_map *map, pm_rng *rng, unsigned i)
 {
     static const uint32_t gather[] = {1, 2, 10, 50, 51, 500, 3000};
-    static const double radius[] = {INFINITY, .01, .1, .5, INFINITY, 3};
+    static const double radius[] = {INFINITY, .012, .1, .5, INFINITY, 3};
     pm_photon photon;
     struct query q = {
         .filter = i % 3, .gather_count = gather[i % 7], .max_radius = radius[i % 6]};
@@ -142,6 +163,7 @@ static struct query make_query(const pm_photon_map *map, pm_rng *rng, unsigned i
         q.point = pm_vec3_scale(field_direction(rng), i % 4 ? 1 : 1000);
     if (i % 5 >= 2)
         q.normal = field_direction(rng);
+    q.point = on_grid(q.point);
     return q;
 }
 
