@@ -12,6 +12,9 @@ typedef struct pm_file_bytes {
 } pm_file_bytes;
 
 PM_MUST_USE pm_status pm_file_bytes_open(pm_file_bytes *file, const char *path, pm_error *err);
+/* The same of an open file, which may be closed then. `name` is for messages. */
+PM_MUST_USE pm_status pm_file_bytes_map(pm_file_bytes *file, int descriptor, const char *name,
+                                        pm_error *err);
 void pm_file_bytes_close(pm_file_bytes *file);
 
 #endif

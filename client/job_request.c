@@ -46,6 +46,9 @@ static bool put_map(pm_json *request, const pm_options *options, pm_map_kind kin
         made = made && pm_json_put(value, "map", pm_json_pack("s", hex));
     } else {
         made = made && pm_json_put(value, "count", pm_json_pack("I", (long long)map->count));
+        if (options->sequence)
+            made =
+                made && pm_json_put(value, "passes", pm_json_pack("i", (int)options->sequence));
     }
     if (map->gather)
         made = made && pm_json_put(value, "gather", pm_json_pack("i", (int)map->gather));

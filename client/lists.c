@@ -77,6 +77,8 @@ pm_status pm_check_look(const pm_options *options, pm_error *err)
     bool fetch = call->verb == PM_VERB_MAP && !call->method;
     if (fetch && options->output_count != 1)
         return pm_error_set(err, PM_E_MISSING, "fetch wants one -o FILE: where to write");
+    if (!fetch && options->one_pass)
+        return pm_error_set(err, PM_E_UNSUPPORTED, "--pass belongs to `map fetch`");
     if (!fetch && options->output_count)
         return pm_error_set(err, PM_E_UNSUPPORTED, "-o belongs to `map fetch`");
     return call->operand && call->path ? check_name(options->operands[1], err) : PM_OK;
@@ -132,8 +134,12 @@ static pm_status make_call(pm_session *session, const struct call *call,
         st = pm_session_scene(session, options->operands[1], &answer, err);
     else if (call->method)
         st = pm_session_call(session, call->method, path, NULL, &answer, err);
-    else
+    else {
+        if (options->one_pass)
+            snprintf(path, sizeof path, "/v1/maps/%s/passes/%u", options->operands[1],
+                     options->pass);
         return pm_session_fetch(session, path, options->outputs[0], err);
+    }
     if (!st)
         print_answer(call, options, answer);
     pm_json_free(answer);

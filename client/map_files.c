@@ -17,14 +17,13 @@ static pm_status attach(pm_session *session, pm_map_kind kind, const char *path,
 static pm_status detect(const char *path, pm_map_kind *kind, pm_error *err)
 {
     pm_file_bytes file;
-    pm_photon_map *map = NULL;
+    pm_map_header header;
     pm_status st = pm_file_bytes_open(&file, path, err);
     if (st)
         return st;
-    st = pm_photon_map_read(file.data, file.size, path, &map, NULL, err);
+    st = pm_map_file_header(file.data, file.size, path, &header, err);
     if (!st)
-        *kind = pm_photon_map_header(map)->kind;
-    pm_photon_map_free(map);
+        *kind = header.kind;
     pm_file_bytes_close(&file);
     return st;
 }

@@ -1,42 +1,31 @@
 #include "map_source.h"
 
+#include <errno.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-static void drop(pm_map_source *source)
-{
-    pm_photon_map_free(source->map);
-    free(source->command);
-    source->map = NULL;
-    source->command = NULL;
-}
-
-static pm_status read_file(pm_map_source *source, const char *path, pm_error *err)
-{
-    pm_file_bytes file;
-    pm_status st = pm_file_bytes_open(&file, path, err);
-    if (st)
-        return st;
-    st = pm_photon_map_read(file.data, file.size, path, &source->map, &source->command, err);
-    pm_file_bytes_close(&file);
-    return st;
-}
-
-static pm_status read_kept(pm_map_source *source, const char *key, pm_error *err)
+/* Into a file that has no name, so that it goes with us. */
+static pm_status fetch_kept(pm_map_source *source, const char *key, FILE *file, pm_error *err)
 {
     char url[512];
-    pm_bytes bytes = {0};
     snprintf(url, sizeof url, "/v1/maps/%s/photons", key);
     pm_status st =
         source->session ? PM_OK : pm_session_open(source->options, &source->session, err);
     if (!st)
-        st = pm_session_read(source->session, url, &bytes, err);
-    if (!st)
-        st = pm_photon_map_read(bytes.data, bytes.size, key, &source->map, &source->command,
-                                err);
-    pm_bytes_clear(&bytes);
+        st = pm_session_receive(source->session, url, file, err);
+    if (!st && fflush(file))
+        st = pm_error_set(err, PM_E_IO, "a temporary file: %s", strerror(errno));
+    return st ? st : pm_file_bytes_map(&source->file, fileno(file), key, err);
+}
+
+static pm_status open_kept(pm_map_source *source, const char *key, pm_error *err)
+{
+    FILE *file = tmpfile();
+    if (!file)
+        return pm_error_set(err, PM_E_IO, "no temporary file for a map: %s", strerror(errno));
+    pm_status st = fetch_kept(source, key, file, err);
+    fclose(file);
     return st;
 }
 
@@ -49,15 +38,23 @@ static bool is_key(const char *name)
 
 pm_status pm_map_source_open(pm_map_source *source, const char *name, pm_error *err)
 {
-    drop(source);
+    pm_file_bytes_close(&source->file);
+    source->name = name;
     if (is_key(name) && access(name, F_OK))
-        return read_kept(source, name, err);
-    return read_file(source, name, err);
+        return open_kept(source, name, err);
+    return pm_file_bytes_open(&source->file, name, err);
+}
+
+pm_status pm_map_source_visit(const pm_map_source *source, const pm_map_visitor *visitor,
+                              char **command, pm_error *err)
+{
+    return pm_map_file_visit(source->file.data, source->file.size, source->name, visitor,
+                             command, err);
 }
 
 void pm_map_source_close(pm_map_source *source)
 {
-    drop(source);
+    pm_file_bytes_close(&source->file);
     pm_session_close(source->session);
     source->session = NULL;
 }

@@ -6,18 +6,23 @@
 #include "photons/photon_map.h"
 #include "session.h"
 
-/* A photon map to look into: a file, or one that the server keeps. */
+/* A photon map to look into: a file, or one that the server keeps. Photons are read a part at a
+ * time, so it may be larger than memory. */
 typedef struct pm_map_source {
     const pm_options *options;
     pm_session *session; /* opened when the first key comes */
-    pm_photon_map *map;
-    char *command; /* line that made it; NULL or "" if not recorded */
+    const char *name;
+    pm_file_bytes file;
 } pm_map_source;
 
-/* Reads the next map, in place of the one before: `name` is a file, or, if there is none of
+/* Opens the next map, in place of the one before: `name` is a file, or, if there is none of
  * that name, the key of a map at the server. */
 PM_MUST_USE pm_status pm_map_source_open(pm_map_source *source, const char *name,
                                          pm_error *err);
+/* Reads it from its start, as pm_map_file_visit does. */
+PM_MUST_USE pm_status pm_map_source_visit(const pm_map_source *source,
+                                          const pm_map_visitor *visitor, char **command,
+                                          pm_error *err);
 void pm_map_source_close(pm_map_source *source);
 
 #endif

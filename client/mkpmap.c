@@ -52,7 +52,11 @@ static void print_map(const pm_options *options, const char *path, const pm_json
         return;
     if (*note)
         fprintf(stderr, "%s: %s\n", path, note);
-    fprintf(stderr, "wrote %s: %lld photons from %lld paths\n", path,
+    size_t passes = pm_json_length(pm_json_get(map, "passes"));
+    fprintf(stderr, "wrote %s: ", path);
+    if (passes)
+        fprintf(stderr, "%zu passes, ", passes);
+    fprintf(stderr, "%lld photons from %lld paths\n",
             (long long)pm_json_get_integer(map, "photons", 0),
             (long long)pm_json_get_integer(map, "paths", 0));
 }

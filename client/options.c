@@ -332,6 +332,17 @@ static pm_status take_aspect(struct words *words)
     return PM_OK;
 }
 
+static pm_status take_sequence(struct words *words)
+{
+    return take_u32(words, "passes", 1, PM_PASSES_MAX, &words->out->sequence);
+}
+
+static pm_status take_pass(struct words *words)
+{
+    words->out->one_pass = true;
+    return take_u32(words, "a pass, counted from 0", 0, PM_PASSES_MAX - 1, &words->out->pass);
+}
+
 static pm_status take_passes(struct words *words)
 {
     return take_u32(words, "passes", 1, 1U << 24, &words->out->passes);
@@ -678,6 +689,11 @@ static const struct option options[] = {
      "height of a pixel over its width, within -x by -y; 0: exactly -x by -y (1)",
      TAKE(take_aspect)},
     {"--passes", LOOKING, "N", "stop after N passes", TAKE(take_passes)},
+    {"--passes", PM_VERB_MKPMAP, "J",
+     "sequences of J maps, each of as many photons and of paths of its own",
+     TAKE(take_sequence)},
+    {"--pass", PM_VERB_MAP, "J", "fetch pass J alone of a sequence, counted from 0",
+     TAKE(take_pass)},
     {"--time", LOOKING, "TIME", "stop after so long, e.g. 30s, 5m", TAKE(take_time)},
     {"--error", LOOKING, "ERROR", "stop at this estimated relative error, e.g. 2%",
      TAKE(take_error)},

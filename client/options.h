@@ -91,6 +91,9 @@ typedef struct pm_options {
     uint32_t x, y;
     double pixel_aspect; /* -pa; 0: x by y as given */
     uint32_t passes;
+    uint32_t sequence; /* mkpmap --passes; 0: one map */
+    bool one_pass;     /* map fetch --pass */
+    uint32_t pass;
     double seconds, error;
     uint64_t seed;
     uint32_t max_events;               /* 0: the server's default */

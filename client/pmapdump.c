@@ -14,8 +14,9 @@ static const double radius_share = .05;
 
 struct dump {
     const pm_dump_option *option;
-    const pm_photon_map *map;
-    size_t photons, taken;
+    pm_map_header header; /* of the first pass of a sequence */
+    uint64_t photons, taken, paths, at;
+    pm_vec3 low, high; /* where the photons lie [world units] */
     double radius;
     double watts; /* that a photon of flux 1 stands for, those left out included */
     const char *kind;
@@ -23,25 +24,45 @@ struct dump {
 
 static pm_vec3 position_of(const struct dump *dump, const pm_photon *photon)
 {
-    const pm_map_header *header = pm_photon_map_header(dump->map);
+    const pm_map_header *header = &dump->header;
     return pm_vec3_madd(header->world_center, header->world_scale, pm_photon_position(photon));
 }
 
 /* ---- which photons, how large ---- */
 
+static pm_status begin(void *context, const pm_map_header *header, uint64_t count,
+                       pm_error *err)
+{
+    (void)err;
+    struct dump *dump = context;
+    if (!dump->paths)
+        dump->header = *header;
+    dump->photons += count;
+    dump->paths += header->paths;
+    return PM_OK;
+}
+
+static pm_status measure(void *context, const pm_photon *photons, size_t count, pm_error *err)
+{
+    (void)err;
+    struct dump *dump = context;
+    pm_vec3 low = dump->low, high = dump->high;
+    for (size_t i = 0; i < count; i++) {
+        pm_vec3 p = pm_photon_position(&photons[i]);
+        low = (pm_vec3){fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z)};
+        high = (pm_vec3){fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z)};
+    }
+    dump->low = low;
+    dump->high = high;
+    return PM_OK;
+}
+
 /* Radius after the mean distance that so many spheres have along the line, over the plane or in
  * the volume that the photons fill. */
 static double fitting_radius(const struct dump *dump)
 {
-    pm_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
-    for (size_t i = 0; i < dump->photons; i++) {
-        pm_photon photon;
-        pm_photon_map_photon(dump->map, i, &photon);
-        pm_vec3 p = pm_photon_position(&photon);
-        low = (pm_vec3){fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z)};
-        high = (pm_vec3){fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z)};
-    }
-    double world_scale = pm_photon_map_header(dump->map)->world_scale, extent = 1;
+    pm_vec3 low = dump->low, high = dump->high;
+    double world_scale = dump->header.world_scale, extent = 1;
     const double edges[3] = {high.x - low.x, high.y - low.y, high.z - low.z};
     int dimensions = 0;
     for (int i = 0; i < 3; i++) {
@@ -56,24 +77,23 @@ static double fitting_radius(const struct dump *dump)
 }
 
 /* Every photon, or evenly `taken` of them along the stored order, which goes through space. */
-static bool is_taken(const struct dump *dump, size_t i)
+static bool is_taken(const struct dump *dump, uint64_t i)
 {
     return (i + 1) * dump->taken / dump->photons > i * dump->taken / dump->photons;
 }
 
 static void prepare(struct dump *dump)
 {
-    const pm_map_header *header = pm_photon_map_header(dump->map);
+    const pm_map_header *header = &dump->header;
     const pm_dump_option *option = dump->option;
     dump->kind = pm_map_kind_name(header->kind);
-    dump->photons = pm_photon_map_count(dump->map);
-    dump->taken = option->count < dump->photons ? (size_t)option->count : dump->photons;
+    dump->taken = option->count < dump->photons ? option->count : dump->photons;
     if (!dump->taken)
         return;
     dump->radius = option->radius > 0 ? option->radius : fitting_radius(dump);
     double left_out = (double)dump->photons / (double)dump->taken;
     dump->watts = header->flux_scale * header->world_scale * header->world_scale * left_out /
-                  (double)header->paths;
+                  (double)dump->paths;
 }
 
 /* ---- output ---- */
@@ -99,19 +119,23 @@ static void print_photon(const struct dump *dump, const pm_photon *photon)
            p.y, p.z, dump->radius);
 }
 
-static void print_dump(const struct dump *dump)
+static void print_head(const struct dump *dump)
 {
     if (!dump->option->points)
         printf("# %s\n", pm_command_line);
     if (!dump->option->points && !dump->option->by_flux)
         print_material(dump, dump->option->color);
-    for (size_t i = 0; i < dump->photons; i++) {
-        pm_photon photon;
-        if (!is_taken(dump, i))
-            continue;
-        pm_photon_map_photon(dump->map, i, &photon);
-        print_photon(dump, &photon);
-    }
+}
+
+static pm_status print_photons(void *context, const pm_photon *photons, size_t count,
+                               pm_error *err)
+{
+    (void)err;
+    struct dump *dump = context;
+    for (size_t i = 0; i < count; i++)
+        if (is_taken(dump, dump->at++))
+            print_photon(dump, &photons[i]);
+    return PM_OK;
 }
 
 /* Blue, red and green for global, caustic and volume photons, as Radiance has them. */
@@ -148,6 +172,24 @@ pm_status pm_check_pmapdump(const pm_options *options, pm_error *err)
                         "a map's file is missing: pmapdump [RADIUS] FILE...");
 }
 
+/* Once over the file to measure, once more to print. */
+static pm_status print_map(pm_map_source *source, pm_dump_option *option, pm_error *err)
+{
+    struct dump dump = {.option = option,
+                        .low = {INFINITY, INFINITY, INFINITY},
+                        .high = {-INFINITY, -INFINITY, -INFINITY}};
+    const pm_map_visitor measurer = {&dump, begin, measure},
+                         printer = {&dump, NULL, print_photons};
+    pm_status st = pm_map_source_visit(source, &measurer, NULL, err);
+    if (st)
+        return st;
+    if (!option->colored)
+        option->color = kind_color(dump.header.kind);
+    prepare(&dump);
+    print_head(&dump);
+    return pm_map_source_visit(source, &printer, NULL, err);
+}
+
 pm_status pm_verb_pmapdump(const pm_options *options, pm_error *err)
 {
     pm_map_source source = {.options = options};
@@ -156,18 +198,13 @@ pm_status pm_verb_pmapdump(const pm_options *options, pm_error *err)
     for (unsigned i = leading_radius(options, &radius); i < options->operand_count && !st;
          i++) {
         pm_dump_option option = options->dumps[i];
-        st = pm_map_source_open(&source, options->operands[i], err);
-        if (st)
-            break;
         if (radius > 0) {
             option.radius = radius;
             option.count = UINT64_MAX;
         }
-        if (!option.colored)
-            option.color = kind_color(pm_photon_map_header(source.map)->kind);
-        struct dump dump = {.option = &option, .map = source.map};
-        prepare(&dump);
-        print_dump(&dump);
+        st = pm_map_source_open(&source, options->operands[i], err);
+        if (!st)
+            st = print_map(&source, &option, err);
     }
     pm_map_source_close(&source);
     return st;

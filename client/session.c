@@ -403,20 +403,25 @@ pm_status pm_session_read(pm_session *session, const char *url, pm_bytes *out, p
     return st;
 }
 
-static pm_status receive(pm_session *session, const char *url, const pm_output *output,
-                         pm_error *err)
+pm_status pm_session_receive(pm_session *session, const char *url, FILE *file, pm_error *err)
 {
     pm_response response = {0};
-    pm_error why = PM_ERROR_INIT;
-    pm_status st = pm_http_send(session->http, "GET", url, NULL, output->file, &response, &why);
-    if (st && ferror(output->file))
-        return pm_error_set_at(err, st, output->path, 0, 0, "%s", why.text);
-    if (st)
-        return pm_error_set(err, st, "%s", why.text);
-    if (response.status / 100 != 2)
+    pm_status st = pm_http_send(session->http, "GET", url, NULL, file, &response, err);
+    if (!st && response.status / 100 != 2)
         st = response_error(&response, "GET", url, err);
     pm_response_clear(&response);
     return st;
+}
+
+static pm_status receive(pm_session *session, const char *url, const pm_output *output,
+                         pm_error *err)
+{
+    pm_error why = PM_ERROR_INIT;
+    pm_status st = pm_session_receive(session, url, output->file, &why);
+    if (st && ferror(output->file))
+        return pm_error_set_at(err, st, output->path, 0, 0, "%s", why.text);
+    return st ? pm_error_set_at(err, st, why.file, why.line, why.column, "%s", why.text)
+              : PM_OK;
 }
 
 pm_status pm_session_fetch(pm_session *session, const char *url, const char *path,

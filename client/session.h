@@ -3,6 +3,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 
 #include "base/bytes.h"
 #include "base/digest.h"
@@ -43,6 +44,10 @@ PM_MUST_USE pm_status pm_session_run(pm_session *session, pm_json *request, pm_j
 /* Fetches into memory. */
 PM_MUST_USE pm_status pm_session_read(pm_session *session, const char *url, pm_bytes *out,
                                       pm_error *err);
+
+/* Fetches into an open file. */
+PM_MUST_USE pm_status pm_session_receive(pm_session *session, const char *url, FILE *file,
+                                         pm_error *err);
 
 /* Fetches to a file (stdout for "-"), whole or not at all. */
 PM_MUST_USE pm_status pm_session_fetch(pm_session *session, const char *url, const char *path,

@@ -182,8 +182,10 @@ pm_status pm_job_run(const pm_job *job, const pm_bundle *bundle, const pm_job_ho
 
 void pm_answer_clear(pm_answer *answer)
 {
-    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
         pm_photon_map_free(answer->map[kind]);
+        free(answer->maps[kind].passes);
+    }
     pm_image_clear(&answer->image);
     free(answer->survey);
     free(answer->values);

@@ -90,13 +90,26 @@ typedef struct pm_job_hooks {
      * ask for as far as known; may block while another job makes them. */
     void (*begin)(void *context, const pm_digest *family, pm_map_kind kind);
     void (*end)(void *context, const pm_digest *family);
+    /* Of a map job: takes the next bytes of a map's file, in order; files of several kinds may
+     * come by turns. NULL: maps are answered in memory, sequences are dropped. */
+    pm_status (*put)(void *context, pm_map_kind kind, const void *data, size_t size,
+                     pm_error *err);
 } pm_job_hooks;
+
+/* A pass of a sequence: which paths it is of, and where its map lies in the file. */
+typedef struct pm_pass_summary {
+    uint64_t photons, first_path, paths;
+    uint64_t offset, bytes;
+} pm_pass_summary;
 
 typedef struct pm_map_summary {
     bool present;
     pm_digest family;
-    uint64_t photons, paths;
+    uint64_t photons, paths;             /* of a sequence: of all its passes */
     uint64_t paths_traced, paths_cached; /* by this job */
+    char note[160];                      /* as in the file's header */
+    pm_pass_summary *passes;             /* of a sequence */
+    uint32_t pass_count;
 } pm_map_summary;
 
 typedef struct pm_answer {
@@ -105,7 +118,7 @@ typedef struct pm_answer {
     pm_plan plan;
     pm_survey *survey; /* of PM_JOB_CHECK */
     pm_map_summary maps[PM_MAP_KINDS];
-    pm_photon_map *map[PM_MAP_KINDS]; /* of PM_JOB_MAP */
+    pm_photon_map *map[PM_MAP_KINDS]; /* of PM_JOB_MAP without `put` */
     pm_image image;                   /* of PM_JOB_RENDER */
     float *values, *half_widths;      /* of PM_JOB_TRACE: [sensor_count][3] */
     pm_curve_point *curve;

@@ -5,14 +5,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A map of a wanted number of photons that grows batch by batch. */
+/* A map of a wanted number of photons that grows batch by batch; or a sequence of them. Pass
+ * j + 1 starts with the first batch that pass j did not touch, so that no two share a path, and
+ * a longer sequence starts with the passes of a shorter one. */
 struct growing {
     bool active; /* still short of its number */
     bool begun;
-    uint64_t wanted;
+    uint64_t wanted; /* of a pass */
+    uint32_t passes; /* of a sequence, or 0 */
     pm_digest family;
-    pm_photon_list list;
-    uint64_t paths;
+    pm_photon_list list; /* of this pass, as what follows */
+    uint64_t first_path, paths;
     bool gave_up;
 };
 
@@ -107,6 +110,8 @@ static uint32_t least_paths(const pm_batch *batch, uint64_t missing)
 static pm_status settle(pm_run *run, pm_map_kind kind, struct growing *map, pm_batch *batch)
 {
     uint64_t missing = map->wanted - map->list.count;
+    if (!map->paths)
+        map->first_path = batch->index * PM_BATCH_PATHS;
     if (batch->count >= missing) {
         pm_batch_truncate(batch, least_paths(batch, missing));
         map->active = false;
@@ -118,8 +123,9 @@ static pm_status settle(pm_run *run, pm_map_kind kind, struct growing *map, pm_b
         map->active = false;
         map->gave_up = true;
     }
-    run->progress.photons[kind] = map->list.count;
-    run->progress.paths = map->paths > run->progress.paths ? map->paths : run->progress.paths;
+    run->progress.photons[kind] = run->answer->maps[kind].photons + map->list.count;
+    uint64_t paths = map->first_path + map->paths;
+    run->progress.paths = paths > run->progress.paths ? paths : run->progress.paths;
     return st;
 }
 
@@ -149,51 +155,6 @@ static pm_status next_batches(pm_run *run, uint64_t index,
     return st;
 }
 
-static pm_status grow(pm_run *run, uint64_t index, struct growing maps[PM_MAP_KINDS])
-{
-    pm_batch batches[PM_MAP_KINDS] = {0};
-    bool counted = false;
-    pm_status st = next_batches(run, index, maps, batches);
-    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
-        if (!st && maps[kind].active && !counted) {
-            add_balance(run, &batches[kind]);
-            counted = true;
-        }
-        if (!st && maps[kind].active)
-            st = settle(run, (pm_map_kind)kind, &maps[kind], &batches[kind]);
-        pm_batch_clear(&batches[kind]);
-    }
-    return st;
-}
-
-static double share_done(const struct growing maps[PM_MAP_KINDS])
-{
-    double least = 1;
-    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
-        double share =
-            maps[kind].active ? (double)maps[kind].list.count / (double)maps[kind].wanted : 1;
-        least = share < least ? share : least;
-    }
-    return least;
-}
-
-static pm_status grow_all(pm_run *run, struct growing maps[PM_MAP_KINDS])
-{
-    for (uint64_t index = 0;; index++) {
-        bool active = false;
-        for (int kind = 0; kind < PM_MAP_KINDS; kind++)
-            active = active || maps[kind].active;
-        if (!active)
-            return PM_OK;
-        if (pm_run_cancelled(run))
-            return pm_error_set(run->err, PM_E_CANCELLED, "cancelled while tracing photons");
-        pm_run_progress(run, "forward", share_done(maps));
-        pm_status st = grow(run, index, maps);
-        if (st)
-            return st;
-    }
-}
-
 static pm_map_header header_of(const pm_run *run, pm_map_kind kind)
 {
     const pm_world_info *info = &run->answer->world;
@@ -211,7 +172,7 @@ static pm_map_header header_of(const pm_run *run, pm_map_kind kind)
                            .emitted = emitted};
 }
 
-static void write_note(pm_run *run, const struct growing *map, pm_map_header *header)
+static void write_note(const pm_run *run, const struct growing *map, pm_map_header *header)
 {
     const pm_answer *answer = run->answer;
     if (!map->gave_up)
@@ -224,28 +185,172 @@ static void write_note(pm_run *run, const struct growing *map, pm_map_header *he
              map->paths, (uint64_t)map->list.count, map->wanted, escaped);
 }
 
-static void summarise(pm_run *run, pm_map_kind kind, const pm_photon_map *map)
+static void summarise(pm_run *run, pm_map_kind kind, const pm_map_header *header,
+                      uint64_t photons)
 {
-    const pm_map_header *header = pm_photon_map_header(map);
     pm_map_summary *summary = &run->answer->maps[kind];
     summary->present = true;
     summary->family = header->family;
-    summary->photons = pm_photon_map_count(map);
-    summary->paths = header->paths;
+    summary->photons += photons;
+    summary->paths += header->paths;
+    memcpy(summary->note, header->note, sizeof summary->note);
+}
+
+static pm_map_header header_of_map(const pm_run *run, pm_map_kind kind,
+                                   const struct growing *map)
+{
+    const pm_plan_pass *plan = &run->answer->plan.pass[kind];
+    pm_map_header header = header_of(run, kind);
+    header.first_path = map->first_path;
+    header.paths = map->paths ? map->paths : 1;
+    write_note(run, map, &header);
+    if (!plan->needed)
+        snprintf(header.note, sizeof header.note, "%s", plan->reason);
+    return header;
+}
+
+/* ---- files of map jobs ---- */
+
+struct outlet {
+    pm_run *run;
+    pm_map_kind kind;
+    uint64_t bytes; /* since the outlet was made */
+};
+
+static pm_status put(void *context, const void *data, size_t size, pm_error *err)
+{
+    struct outlet *outlet = context;
+    const pm_job_hooks *hooks = outlet->run->hooks;
+    outlet->bytes += size;
+    return hooks->put ? hooks->put(hooks->context, outlet->kind, data, size, err) : PM_OK;
+}
+
+/* The photons go to the file and are let go. */
+static pm_status stream_map(pm_run *run, const pm_map_header *header, struct growing *map,
+                            const char *command, uint64_t *bytes)
+{
+    struct outlet outlet = {run, header->kind, 0};
+    const pm_sink sink = {&outlet, put};
+    uint64_t photons = map->list.count;
+    pm_run_progress(run, "build", 0);
+    pm_status st =
+        pm_photon_list_stream(header, &map->list, command, run->pool, &sink, run->err);
+    map->list.count = 0;
+    if (!st)
+        summarise(run, header->kind, header, photons);
+    *bytes = outlet.bytes;
+    return st;
+}
+
+static pm_pass_summary *add_pass(pm_map_summary *summary)
+{
+    pm_pass_summary *passes =
+        realloc(summary->passes, (summary->pass_count + 1) * sizeof *passes);
+    if (!passes)
+        return NULL;
+    summary->passes = passes;
+    pm_pass_summary *pass = &passes[summary->pass_count++];
+    *pass = (pm_pass_summary){0};
+    if (summary->pass_count > 1)
+        pass->offset = pass[-1].offset + pass[-1].bytes;
+    return pass;
+}
+
+static pm_status end_sequence(pm_run *run, pm_map_kind kind)
+{
+    struct outlet outlet = {run, kind, 0};
+    const pm_sink sink = {&outlet, put};
+    return pm_sequence_end(run->job->command, &sink, run->err);
+}
+
+/* A pass is complete, or given up, which ends the sequence. */
+static pm_status end_pass(pm_run *run, pm_map_kind kind, struct growing *map)
+{
+    pm_map_summary *summary = &run->answer->maps[kind];
+    pm_map_header header = header_of_map(run, kind, map);
+    header.pass = summary->pass_count;
+    pm_pass_summary *pass = add_pass(summary);
+    if (!pass)
+        return pm_error_set(run->err, PM_E_MEMORY, "no memory for another pass");
+    pass->photons = map->list.count;
+    pass->first_path = header.first_path;
+    pass->paths = header.paths;
+    pm_status st = stream_map(run, &header, map, NULL, &pass->bytes);
+    map->active = summary->pass_count < map->passes && !map->gave_up;
+    map->paths = 0;
+    return st || map->active ? st : end_sequence(run, kind);
+}
+
+/* One more batch for every map that is still short. */
+static pm_status grow(pm_run *run, uint64_t index, struct growing maps[PM_MAP_KINDS])
+{
+    pm_batch batches[PM_MAP_KINDS] = {0};
+    bool counted = false;
+    pm_status st = next_batches(run, index, maps, batches);
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        struct growing *map = &maps[kind];
+        if (!st && map->active) {
+            if (!counted)
+                add_balance(run, &batches[kind]);
+            counted = true;
+            st = settle(run, (pm_map_kind)kind, map, &batches[kind]);
+            if (!st && map->passes && !map->active)
+                st = end_pass(run, (pm_map_kind)kind, map);
+        }
+        pm_batch_clear(&batches[kind]);
+    }
+    return st;
+}
+
+static double share_done(const pm_run *run, const struct growing maps[PM_MAP_KINDS])
+{
+    double least = 1;
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        double share = (double)maps[kind].list.count / (double)maps[kind].wanted;
+        if (maps[kind].passes)
+            share = (run->answer->maps[kind].pass_count + share) / maps[kind].passes;
+        if (maps[kind].active)
+            least = share < least ? share : least;
+    }
+    return least;
+}
+
+static pm_status grow_all(pm_run *run, struct growing maps[PM_MAP_KINDS])
+{
+    for (uint64_t index = 0;; index++) {
+        bool active = false;
+        for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+            active = active || maps[kind].active;
+        if (!active)
+            return PM_OK;
+        if (pm_run_cancelled(run))
+            return pm_error_set(run->err, PM_E_CANCELLED, "cancelled while tracing photons");
+        pm_run_progress(run, "forward", share_done(run, maps));
+        pm_status st = grow(run, index, maps);
+        if (st)
+            return st;
+    }
+}
+
+/* ---- maps ---- */
+
+/* A map job that can put its files somewhere needs no search structure. */
+static bool is_streamed(const pm_run *run)
+{
+    return run->job->kind == PM_JOB_MAP && run->hooks->put;
 }
 
 static pm_status build_map(pm_run *run, pm_map_kind kind, struct growing *map,
                            pm_photon_map **out)
 {
-    pm_map_header header = header_of(run, kind);
-    header.paths = map->paths ? map->paths : 1;
-    write_note(run, map, &header);
-    if (!run->answer->plan.pass[kind].needed)
-        snprintf(header.note, sizeof header.note, "%s", run->answer->plan.pass[kind].reason);
+    pm_map_header header = header_of_map(run, kind, map);
+    uint64_t bytes;
+    if (is_streamed(run))
+        return stream_map(run, &header, map, run->job->command, &bytes);
     pm_run_progress(run, "build", 0);
     pm_status st = pm_photon_map_take(&header, &map->list, run->pool, out, run->err);
     if (!st)
-        summarise(run, kind, *out);
+        summarise(run, kind, &header, pm_photon_map_count(*out));
     return st;
 }
 
@@ -280,7 +385,7 @@ static pm_status read_file(pm_run *run, pm_map_kind kind, pm_photon_map **out)
         pm_photon_map_free(map);
         return st;
     }
-    summarise(run, kind, map);
+    summarise(run, kind, pm_photon_map_header(map), pm_photon_map_count(map));
     *out = map;
     return PM_OK;
 }
@@ -300,7 +405,7 @@ static pm_status finish_maps(pm_run *run, struct growing maps[PM_MAP_KINDS],
         pm_status st = PM_OK;
         if (run->job->files[kind].data)
             st = read_file(run, (pm_map_kind)kind, &out[kind]);
-        else if (is_made(run, kind))
+        else if (is_made(run, kind) && !run->answer->maps[kind].pass_count)
             st = build_map(run, (pm_map_kind)kind, &maps[kind], &out[kind]);
         if (st)
             return st;
@@ -342,6 +447,7 @@ pm_status pm_run_make_maps(pm_run *run, pm_photon_map *out[PM_MAP_KINDS])
         const pm_plan_pass *pass = &run->answer->plan.pass[kind];
         maps[kind].active = is_made(run, kind) && pass->needed;
         maps[kind].wanted = pass->count;
+        maps[kind].passes = run->job->wanted.maps[kind].passes;
     }
     pm_status st = reserve(run, maps);
     for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++)

@@ -148,29 +148,53 @@ pm_json *pm_answer_scene_json(const pm_answer *answer)
     return NULL;
 }
 
-/* The key of a stored map, or null: a family and a wanted count. */
+/* The key of a stored map, or null: a family and a wanted count; of a sequence also how many
+ * passes. */
 static pm_json *key_json(const pm_job *job, const pm_answer *answer, int kind)
 {
-    char hex[PM_DIGEST_HEX], key[PM_DIGEST_HEX + 24];
+    const pm_map_wanted *wanted = &job->wanted.maps[kind];
+    char hex[PM_DIGEST_HEX], key[PM_DIGEST_HEX + 48];
     if (job->wanted.estimator != PM_NEAREST || job->files[kind].data)
         return pm_json_pack("n");
     pm_digest_hex(&answer->maps[kind].family, hex);
-    snprintf(key, sizeof key, "%s-%llu", hex, (unsigned long long)job->wanted.maps[kind].count);
+    int used = snprintf(key, sizeof key, "%s-%llu", hex, (unsigned long long)wanted->count);
+    if (wanted->passes)
+        snprintf(key + used, sizeof key - (size_t)used, "-%u", wanted->passes);
     return pm_json_pack("s", key);
+}
+
+static pm_json *passes_json(const pm_map_summary *map)
+{
+    pm_json *list = pm_json_pack("[]");
+    bool made = list;
+    for (uint32_t i = 0; i < map->pass_count && made; i++) {
+        const pm_pass_summary *pass = &map->passes[i];
+        made = pm_json_append(
+            list, pm_json_pack("{s:I, s:I, s:I, s:I, s:I}", "photons", (long long)pass->photons,
+                               "first_path", (long long)pass->first_path, "paths",
+                               (long long)pass->paths, "offset", (long long)pass->offset,
+                               "bytes", (long long)pass->bytes));
+    }
+    if (made)
+        return list;
+    pm_json_free(list);
+    return NULL;
 }
 
 static pm_json *map_json(const pm_job *job, const pm_answer *answer, int kind, pm_cache cache)
 {
     const pm_map_summary *map = &answer->maps[kind];
-    const pm_photon_map *file = answer->map[kind];
-    return pm_json_pack("{s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:I, s:s, s:s}", "kind",
-                        pm_map_kind_name((pm_map_kind)kind), "key", key_json(job, answer, kind),
-                        "family", digest(&map->family), "scene", digest(&answer->scene),
-                        "count", (long long)job->wanted.maps[kind].count, "photons",
-                        (long long)map->photons, "paths", (long long)map->paths, "paths_traced",
-                        (long long)map->paths_traced, "paths_cached",
-                        (long long)map->paths_cached, "cache", pm_cache_name(cache), "note",
-                        file ? pm_photon_map_header(file)->note : "");
+    pm_json *json = pm_json_pack(
+        "{s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:I, s:s, s:s}", "kind",
+        pm_map_kind_name((pm_map_kind)kind), "key", key_json(job, answer, kind), "family",
+        digest(&map->family), "scene", digest(&answer->scene), "count",
+        (long long)job->wanted.maps[kind].count, "photons", (long long)map->photons, "paths",
+        (long long)map->paths, "paths_traced", (long long)map->paths_traced, "paths_cached",
+        (long long)map->paths_cached, "cache", pm_cache_name(cache), "note", map->note);
+    if (!json || !map->pass_count || pm_json_put(json, "passes", passes_json(map)))
+        return json;
+    pm_json_free(json);
+    return NULL;
 }
 
 /* A job missed if any of its maps did; it hit only if all did. */

@@ -32,6 +32,13 @@ const pm_field pm_fields_map[] = {
      .high = 1e9,
      .unit = "photons",
      .doc = "Photons wanted; the map is traced, or taken from the store."},
+    {.name = "passes",
+     .type = PM_FIELD_INTEGER,
+     .low = 1,
+     .high = PM_PASSES_MAX,
+     .unit = "passes",
+     .doc = "Of a map job: a sequence of so many maps of `count` photons each, of paths of "
+            "their own. A longer sequence traces only the passes that are missing."},
     {.name = "gather",
      .type = PM_FIELD_INTEGER,
      .low = 1,

@@ -158,17 +158,22 @@ static void run_work(pm_jobs *jobs, struct pm_work *work, const char *request,
 /* The request of a map job that makes this one map again from stored batches. */
 static char *map_request(const pm_request *request, const char *kind, int64_t count)
 {
+    int64_t passes = pm_json_get_integer(pm_json_get(request->json, kind), "passes", 0);
     pm_json *json = pm_json_pack("{s:s, s:s, s:I, s:I, s:{s:I}}", "kind", "map", "scene",
                                  request->scene, "seed", (long long)request->job.forward.seed,
                                  "max_events", (long long)request->job.forward.max_events, kind,
                                  "count", (long long)count);
+    if (json && passes &&
+        !pm_json_put(pm_json_get(json, kind), "passes", pm_json_pack("I", (long long)passes))) {
+        pm_json_free(json);
+        return NULL;
+    }
     char *text = json ? pm_json_text(json) : NULL;
     pm_json_free(json);
     return text;
 }
 
-/* What is true of the map whatever job asks for it. */
-static pm_json *map_info(const pm_json *map)
+pm_json *pm_map_info(const pm_json *map)
 {
     static const char *const members[] = {"key",   "kind",    "family", "scene",
                                           "count", "photons", "paths",  "note"};
@@ -176,6 +181,8 @@ static pm_json *map_info(const pm_json *map)
     bool made = info;
     for (size_t i = 0; i < sizeof members / sizeof *members && made; i++)
         made = pm_json_put(info, members[i], pm_json_copy(pm_json_get(map, members[i])));
+    if (made && pm_json_get(map, "passes"))
+        made = pm_json_put(info, "passes", pm_json_copy(pm_json_get(map, "passes")));
     if (made)
         return info;
     pm_json_free(info);
@@ -194,7 +201,7 @@ struct map_records {
 static const pm_run_result *map_file(const pm_outcome *outcome, const char *kind)
 {
     for (size_t i = 0; i < outcome->result_count; i++)
-        if (!strcmp(outcome->results[i].name, kind))
+        if (outcome->results[i].stored && !strcmp(outcome->results[i].name, kind))
             return &outcome->results[i];
     return NULL;
 }
@@ -208,13 +215,13 @@ static bool add_record(struct map_records *records, const pm_request *request,
         return true;
     size_t n = records->count++;
     records->requests[n] = map_request(request, kind, pm_json_get_integer(map, "count", 0));
-    records->infos[n] = map_info(map);
+    records->infos[n] = pm_map_info(map);
     records->list[n] = (pm_map_record){key, records->infos[n], records->requests[n], NULL};
     if (!records->requests[n] || !records->infos[n])
         return false;
     const pm_run_result *file = map_file(outcome, kind);
     if (file) {
-        records->files[n] = pm_digest_of(file->data, file->size);
+        records->files[n] = file->digest;
         records->list[n].file = &records->files[n];
     }
     return true;
@@ -236,7 +243,9 @@ static pm_status finish_done(pm_jobs *jobs, const struct pm_work *work,
             st = pm_error_set(err, PM_E_MEMORY, "no memory for a map record");
     for (size_t i = 0; i < outcome->result_count; i++) {
         const pm_run_result *from = &outcome->results[i];
-        results[i] = (pm_new_result){from->name, from->format, from->data, from->size};
+        results[i] =
+            (pm_new_result){from->name, from->format, from->stored ? &from->digest : NULL,
+                            from->data, from->size};
     }
     const pm_job_end end = {.state = "done",
                             .answer = outcome->answer,

@@ -34,6 +34,9 @@ void pm_jobs_free(pm_jobs *jobs); /* after pm_jobs_stop */
 
 pm_jobs_counts pm_jobs_count(pm_jobs *jobs);
 
+/* What is true of a map whatever job asks for it, from the entry in the answer of one. */
+pm_json *pm_map_info(const pm_json *map);
+
 /* ---- jobs of users ---- */
 
 /* Queues a checked request. With a key that was used before: the job of then, *existed, and

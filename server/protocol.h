@@ -11,24 +11,28 @@
  * JSON object of at most PM_MESSAGE_MAX bytes with up to PM_MESSAGE_FILES sealed memory files
  * beside it.
  *
- *   type      from    members and files                      answer
- *   job       server  main, request, points, maps;           -
+ *   type      from    members and files                       answer
+ *   job       server  main, request, points, maps;            -
  *                     files: request, bundle, points?, map files as `maps` lists them
- *   begin     worker  family, kind                           begun {joined}
- *   fetch     worker  family, index                          batch {found}; file if found
- *   keep      worker  family, kind, index; file: the batch   kept
- *   end       worker  family                                 ended {ok}: what was kept is
- * stored progress  worker  as GET /v1/jobs/{id} shows it          - result    worker  name,
- * format; file                     - done      worker  file: the answer                       -
- * (the last message) failed    worker  status, text, file, line, column       -  (the last
+ *   begin     worker  family, kind                            begun {joined}
+ *   fetch     worker  family, index                           batch {found}; file if found
+ *   keep      worker  family, kind, index; file: the batch    kept
+ *   end       worker  family                                  ended {ok}: what was kept is
+ * stored progress  worker  as GET /v1/jobs/{id} shows it           - piece     worker  name;
+ * file: the next bytes of a result  taken {ok} result    worker  name, format; file, or none if
+ * its      - pieces are all there done      worker  file: the answer                        -
+ * (the last message) failed    worker  status, text, file, line, column        -  (the last
  * message)
  *
- * A worker serves one job and ends. Neither side trusts lengths, names or seals of the other.
+ * A piece has PM_PIECE_BYTES, the last one of a result fewer or as many; so large results are
+ * in nobody's memory as a whole. A worker serves one job and ends. Neither side trusts lengths,
+ * names or seals of the other.
  */
 
 enum {
     PM_MESSAGE_MAX = 32768,
     PM_MESSAGE_FILES = 8,
+    PM_PIECE_BYTES = 16 << 20,
 };
 
 typedef struct pm_message {

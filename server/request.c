@@ -65,6 +65,7 @@ static pm_status read_map(pm_map_kind kind, pm_request *out, pm_error *err)
                       "(digest of an uploaded map file)");
     wanted->wanted = true;
     wanted->count = (uint64_t)count;
+    wanted->passes = (uint32_t)pm_json_get_integer(map, "passes", 0);
     wanted->gather_count = (uint32_t)pm_json_get_integer(map, "gather", 0);
     pm_status st = read_bandwidth(map, name, wanted, err);
     if (st)
@@ -190,6 +191,10 @@ static pm_status check_meanings(const pm_request *request, pm_error *err)
         if (pm_json_get(request->json, meanings[i].member) &&
             !(meanings[i].kinds & (1U << request->job.kind)))
             return refuse(err, meanings[i].member, "has no meaning in a job of this kind");
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        if (request->job.kind != PM_JOB_MAP && request->job.wanted.maps[kind].passes)
+            return refuse(err, pm_map_kind_name((pm_map_kind)kind),
+                          "has \"passes\", which has a meaning in a job of kind map alone");
     if (request->job.kind == PM_JOB_MAP)
         for (int kind = 0; kind < PM_MAP_KINDS; kind++)
             if (request->job.wanted.maps[kind].gather_count ||

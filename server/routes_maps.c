@@ -1,3 +1,4 @@
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -86,40 +87,75 @@ static pm_status ask_for_file(pm_service *service, pm_exchange *exchange,
     return PM_OK;
 }
 
-static pm_turn conclude(pm_service *service, pm_exchange *exchange, const pm_outcome *outcome)
+/* Bytes of a map's file: all, or those of one pass. */
+static pm_turn reply_photons(pm_service *service, pm_exchange *exchange, const pm_json *info,
+                             const pm_blob *file, bool one_pass)
+{
+    static const char type[] = "application/octet-stream";
+    if (!one_pass)
+        return pm_reply_blob(service, exchange, file, type);
+    const char *text = pm_exchange_part(exchange, 1);
+    const pm_json *passes = pm_json_get(info, "passes"), *pass;
+    size_t n = strtoul(text, NULL, 10), count = pm_json_length(passes);
+    if (!*text || text[strspn(text, "0123456789")] || strlen(text) > 6 || n >= count)
+        return count ? pm_reply_problem(exchange, 404, "there are passes 0 to %zu", count - 1)
+                     : pm_reply_problem(exchange, 404,
+                                        "this map is no sequence of passes; its file is at "
+                                        "/v1/maps/{key}/photons");
+    pass = pm_json_at(passes, n);
+    uint64_t first = (uint64_t)pm_json_get_integer(pass, "offset", 0),
+             size = (uint64_t)pm_json_get_integer(pass, "bytes", 0);
+    if (first > file->size || size > file->size - first)
+        return pm_reply_problem(exchange, 500, "the store's record of this map is damaged");
+    char part[24];
+    snprintf(part, sizeof part, "-%zu", n);
+    return pm_reply_blob_part(service, exchange, file, first, size, part, type);
+}
+
+static pm_turn conclude(pm_service *service, pm_exchange *exchange, const pm_outcome *outcome,
+                        bool one_pass)
 {
     pm_error err = PM_ERROR_INIT;
     pm_blob blob;
-    bool existed;
-    if (!outcome->answer || outcome->result_count != 1)
+    if (!outcome->answer || outcome->result_count != 1 || !outcome->results[0].stored)
         return pm_reply_problem_json(exchange, pm_json_copy(outcome->problem));
-    pm_status st = pm_store_blob_put(service->store, outcome->results[0].data,
-                                     outcome->results[0].size, &blob, &existed, &err);
+    pm_json *info = pm_map_info(pm_json_at(pm_json_get(outcome->answer, "maps"), 0));
+    pm_status st = pm_store_blob_find(service->store, &outcome->results[0].digest, &blob, &err);
     if (!st)
-        st = pm_store_map_set_file(service->store, pm_exchange_part(exchange, 0), &blob.digest,
-                                   &err);
-    if (st)
-        return pm_reply_store_error(exchange, &err);
-    return pm_reply_blob(service, exchange, &blob, "application/octet-stream");
+        st = pm_store_map_set_file(service->store, pm_exchange_part(exchange, 0), info,
+                                   &blob.digest, &err);
+    pm_turn turn = st ? pm_reply_store_error(exchange, &err)
+                      : reply_photons(service, exchange, info, &blob, one_pass);
+    pm_json_free(info);
+    return turn;
 }
 
-pm_turn pm_map_photons(void *context, pm_exchange *exchange)
+static pm_turn photons(pm_service *service, pm_exchange *exchange, bool one_pass)
 {
-    pm_service *service = context;
     pm_error err = PM_ERROR_INIT;
     pm_ticket *ticket = pm_exchange_state(exchange);
     if (ticket)
         return pm_ticket_ready(service->jobs, ticket)
-                   ? conclude(service, exchange, pm_ticket_outcome(ticket))
+                   ? conclude(service, exchange, pm_ticket_outcome(ticket), one_pass)
                    : PM_TURN_WAIT;
     struct found found;
     if (find_map(service, exchange, &found, &err))
         return PM_TURN_REPLY;
     pm_turn turn = PM_TURN_WAIT;
     if (found.has_file)
-        turn = pm_reply_blob(service, exchange, &found.file, "application/octet-stream");
+        turn = reply_photons(service, exchange, found.info, &found.file, one_pass);
     else if (ask_for_file(service, exchange, &found, &err))
         turn = pm_reply_store_error(exchange, &err);
     clear_found(&found);
     return turn;
+}
+
+pm_turn pm_map_photons(void *context, pm_exchange *exchange)
+{
+    return photons(context, exchange, false);
+}
+
+pm_turn pm_map_pass(void *context, pm_exchange *exchange)
+{
+    return photons(context, exchange, true);
 }

@@ -23,6 +23,14 @@ enum {
     CHECK_CPU_SECONDS = 600, /* a scene that takes longer to compile is refused */
 };
 
+/* A result that comes in pieces, which go on into the store. */
+struct incoming {
+    char name[64]; /* "": none */
+    int64_t upload;
+    pm_hasher *hasher;
+    uint64_t size;
+};
+
 /* A worker under way. */
 struct run {
     const pm_run_settings *settings;
@@ -33,6 +41,7 @@ struct run {
     int pidfd, socket;
     pm_stored_batch kept[FLUSH_COUNT]; /* not yet in the store */
     size_t kept_count, kept_bytes;
+    struct incoming incoming[PM_MAP_KINDS];
     pm_error err; /* of the server's side; the first wins */
     bool finished;
 };
@@ -256,18 +265,98 @@ static bool is_plain(const char *name)
     return *name && !name[strspn(name, "abcdefghijklmnopqrstuvwxyz-.")];
 }
 
+/* ---- results; large ones piece by piece ---- */
+
+/* The one of that name; "": one that is free. */
+static struct incoming *find_incoming(struct run *run, const char *name)
+{
+    for (int i = 0; i < PM_MAP_KINDS; i++)
+        if (!strcmp(run->incoming[i].name, name))
+            return &run->incoming[i];
+    return NULL;
+}
+
+static pm_status begin_incoming(struct run *run, const char *name, struct incoming **out)
+{
+    struct incoming *in = find_incoming(run, "");
+    if (!in || !is_plain(name) || strlen(name) >= sizeof in->name)
+        return refuse(run);
+    in->hasher = pm_hasher_new();
+    if (!in->hasher)
+        return pm_error_set(&run->err, PM_E_MEMORY, "no memory for a digest");
+    strcpy(in->name, name);
+    *out = in;
+    return pm_store_upload_begin(run->settings->store, &in->upload, &run->err);
+}
+
+static void clear_incoming(struct run *run, struct incoming *in, bool finished)
+{
+    if (in->upload && !finished)
+        pm_store_upload_abandon(run->settings->store, in->upload);
+    pm_hasher_free(in->hasher);
+    *in = (struct incoming){.upload = 0};
+}
+
+static pm_status take_piece(struct run *run, struct incoming *in, const void *data, size_t size)
+{
+    if (!size || size > PM_PIECE_BYTES || in->size % PM_PIECE_BYTES)
+        return refuse(run);
+    pm_hasher_add(in->hasher, data, size);
+    pm_status st = pm_store_upload_chunk(run->settings->store, in->upload,
+                                         in->size / PM_CHUNK_BYTES, data, size, &run->err);
+    in->size += size;
+    return st;
+}
+
+static pm_status on_piece(struct run *run, const pm_message *message)
+{
+    const char *name = pm_json_get_text(message->json, "name", "");
+    const void *data;
+    size_t size;
+    if (message->file_count != 1 || !*name)
+        return refuse(run);
+    struct incoming *in = find_incoming(run, name);
+    pm_status st = in ? PM_OK : begin_incoming(run, name, &in);
+    if (!st)
+        st = pm_memory_map(message->files[0], &data, &size, &run->err);
+    if (st)
+        return st;
+    st = take_piece(run, in, data, size);
+    pm_memory_unmap(data, size);
+    pm_status told = tell(run, pm_json_pack("{s:s, s:b}", "type", "taken", "ok", !st), NULL, 0);
+    return st ? st : told;
+}
+
+static pm_status end_incoming(struct run *run, const char *name, pm_run_result *out)
+{
+    struct incoming *in = find_incoming(run, name);
+    bool existed;
+    if (!in)
+        return refuse(run);
+    out->digest = pm_hasher_finish(in->hasher);
+    out->size = in->size;
+    out->stored = true;
+    pm_status st = pm_store_upload_finish(run->settings->store, in->upload, &out->digest,
+                                          in->size, &existed, &run->err);
+    clear_incoming(run, in, !st);
+    return st;
+}
+
 static pm_status on_result(struct run *run, const pm_message *message)
 {
     pm_outcome *out = run->out;
     const char *name = pm_json_get_text(message->json, "name", "");
     const char *format = pm_json_get_text(message->json, "format", "");
-    if (out->result_count == PM_RUN_RESULTS || message->file_count != 1 || !is_plain(name) ||
+    if (out->result_count == PM_RUN_RESULTS || message->file_count > 1 || !is_plain(name) ||
         !is_plain(format))
         return refuse(run);
     pm_run_result *result = &out->results[out->result_count];
+    *result = (pm_run_result){.stored = false};
     snprintf(result->name, sizeof result->name, "%s", name);
     snprintf(result->format, sizeof result->format, "%s", format);
-    pm_status st = pm_memory_map(message->files[0], &result->data, &result->size, &run->err);
+    pm_status st = message->file_count ? pm_memory_map(message->files[0], &result->data,
+                                                       &result->size, &run->err)
+                                       : end_incoming(run, name, result);
     if (!st)
         out->result_count++;
     return st;
@@ -314,8 +403,9 @@ static const struct {
     const char *type;
     pm_status (*handle)(struct run *run, const pm_message *message);
 } handlers[] = {
-    {"progress", on_progress}, {"fetch", on_fetch},   {"keep", on_keep}, {"begin", on_begin},
-    {"end", on_end},           {"result", on_result}, {"done", on_done}, {"failed", on_failed},
+    {"progress", on_progress}, {"fetch", on_fetch}, {"keep", on_keep},
+    {"begin", on_begin},       {"end", on_end},     {"piece", on_piece},
+    {"result", on_result},     {"done", on_done},   {"failed", on_failed},
 };
 
 static pm_status handle(struct run *run, const pm_message *message)
@@ -454,6 +544,8 @@ void pm_run_task(const pm_run_settings *settings, const pm_task *task, pm_outcom
         conclude(run, 0);
     }
     drop_kept(run);
+    for (int i = 0; i < PM_MAP_KINDS; i++)
+        clear_incoming(run, &run->incoming[i], false);
     pm_request_clear(&run->request);
     free(run);
 }
@@ -461,7 +553,8 @@ void pm_run_task(const pm_run_settings *settings, const pm_task *task, pm_outcom
 void pm_outcome_clear(pm_outcome *outcome)
 {
     for (size_t i = 0; i < outcome->result_count; i++)
-        pm_memory_unmap(outcome->results[i].data, outcome->results[i].size);
+        if (!outcome->results[i].stored)
+            pm_memory_unmap(outcome->results[i].data, outcome->results[i].size);
     pm_json_free(outcome->answer);
     pm_json_free(outcome->problem);
     *outcome = (pm_outcome){0};

@@ -2,6 +2,7 @@
 #define PM_SERVER_RUN_H
 
 #include <stdatomic.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -34,7 +35,9 @@ typedef struct pm_task {
 
 typedef struct pm_run_result {
     char name[64], format[16];
-    const void *data;
+    bool stored; /* it came in pieces, which are in the store */
+    pm_digest digest;
+    const void *data; /* otherwise */
     size_t size;
 } pm_run_result;
 

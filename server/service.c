@@ -1,5 +1,6 @@
 #include "service.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,6 +20,7 @@ const pm_route pm_service_routes[] = {
     {"GET", "/v1/maps", PM_BODY_NONE, false, pm_map_list, NULL},
     {"GET", "/v1/maps/*", PM_BODY_NONE, false, pm_map_get, NULL},
     {"GET", "/v1/maps/*/photons", PM_BODY_NONE, false, pm_map_photons, NULL},
+    {"GET", "/v1/maps/*/passes/*", PM_BODY_NONE, false, pm_map_pass, NULL},
     {"GET", "/healthz", PM_BODY_NONE, true, pm_about_health, NULL},
     {"GET", "/readyz", PM_BODY_NONE, true, pm_about_ready, NULL},
     {"GET", "/metrics", PM_BODY_NONE, false, pm_about_metrics, NULL},
@@ -54,6 +56,7 @@ pm_turn pm_reply_list(pm_exchange *exchange, const char *name, pm_status status,
 struct blob_reader {
     pm_store *store;
     pm_blob blob;
+    uint64_t first; /* byte of the blob that is sent first */
     uint64_t chunk; /* that is in `data` */
     size_t size;
     unsigned char data[PM_CHUNK_BYTES];
@@ -72,6 +75,7 @@ static pm_status load(struct blob_reader *reader, uint64_t chunk, pm_error *err)
 static int64_t read_blob(void *context, uint64_t at, void *buffer, size_t size)
 {
     struct blob_reader *reader = context;
+    at += reader->first;
     uint64_t chunk = at / PM_CHUNK_BYTES;
     size_t from = (size_t)(at % PM_CHUNK_BYTES);
     if (chunk != reader->chunk && load(reader, chunk, NULL))
@@ -86,15 +90,22 @@ static int64_t read_blob(void *context, uint64_t at, void *buffer, size_t size)
 pm_turn pm_reply_blob(pm_service *service, pm_exchange *exchange, const pm_blob *blob,
                       const char *type)
 {
+    return pm_reply_blob_part(service, exchange, blob, 0, blob->size, "", type);
+}
+
+pm_turn pm_reply_blob_part(pm_service *service, pm_exchange *exchange, const pm_blob *blob,
+                           uint64_t first, uint64_t size, const char *part, const char *type)
+{
     pm_error err = PM_ERROR_INIT;
-    char tag[PM_DIGEST_HEX];
+    char tag[PM_DIGEST_HEX + 32];
     struct blob_reader *reader = malloc(sizeof *reader);
     if (!reader)
         return pm_reply_problem_json(exchange, NULL);
     reader->store = service->store;
     reader->blob = *blob;
+    reader->first = first;
     reader->chunk = UINT64_MAX;
-    if (blob->size && load(reader, 0, &err)) {
+    if (size && load(reader, first / PM_CHUNK_BYTES, &err)) {
         free(reader);
         if (err.status == PM_E_CORRUPT)
             return pm_reply_problem(exchange, 500,
@@ -103,8 +114,8 @@ pm_turn pm_reply_blob(pm_service *service, pm_exchange *exchange, const pm_blob 
         return pm_reply_store_error(exchange, &err);
     }
     pm_digest_hex(&blob->digest, tag);
+    snprintf(tag + PM_DIGEST_HEX - 1, sizeof tag - PM_DIGEST_HEX + 1, "%.30s", part);
     return pm_reply_source(
-        exchange,
-        (pm_source){.size = blob->size, .context = reader, .read = read_blob, .free = free},
+        exchange, (pm_source){.size = size, .context = reader, .read = read_blob, .free = free},
         type, tag);
 }

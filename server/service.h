@@ -30,6 +30,9 @@ pm_turn pm_reply_store_error(pm_exchange *exchange, const pm_error *err);
 /* Replies with a blob, whose first chunk is checked before. */
 pm_turn pm_reply_blob(pm_service *service, pm_exchange *exchange, const pm_blob *blob,
                       const char *type);
+/* The same with some of its bytes: first + size <= blob->size. `part` names them apart. */
+pm_turn pm_reply_blob_part(pm_service *service, pm_exchange *exchange, const pm_blob *blob,
+                           uint64_t first, uint64_t size, const char *part, const char *type);
 /* {name: list}, or the error. */
 pm_turn pm_reply_list(pm_exchange *exchange, const char *name, pm_status status, pm_json *list,
                       const pm_error *err);
@@ -53,6 +56,7 @@ pm_turn pm_job_result(void *service, pm_exchange *exchange);
 pm_turn pm_map_list(void *service, pm_exchange *exchange);
 pm_turn pm_map_get(void *service, pm_exchange *exchange);
 pm_turn pm_map_photons(void *service, pm_exchange *exchange);
+pm_turn pm_map_pass(void *service, pm_exchange *exchange);
 
 pm_turn pm_about_health(void *service, pm_exchange *exchange);
 pm_turn pm_about_ready(void *service, pm_exchange *exchange);

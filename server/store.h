@@ -45,7 +45,8 @@ typedef struct pm_blob {
 } pm_blob;
 
 PM_MUST_USE pm_status pm_store_upload_begin(pm_store *store, int64_t *upload, pm_error *err);
-/* Chunk `n`; every one but the last has PM_CHUNK_BYTES. */
+/* Chunk `n` and, if there are more than PM_CHUNK_BYTES, those behind it, all or none; every one
+ * but the last of all has PM_CHUNK_BYTES. */
 PM_MUST_USE pm_status pm_store_upload_chunk(pm_store *store, int64_t upload, uint64_t n,
                                             const void *data, size_t size, pm_error *err);
 /* The blob is there when this returns; *existed tells if it was before, undamaged. */
@@ -110,8 +111,10 @@ typedef struct pm_map_record {
 PM_MUST_USE pm_status pm_store_map_get(pm_store *store, const char *key, pm_json **info,
                                        char **request, bool *has_file, pm_blob *file,
                                        pm_error *err);
+/* A file that was made again, and what is said about it. */
 PM_MUST_USE pm_status pm_store_map_set_file(pm_store *store, const char *key,
-                                            const pm_digest *file, pm_error *err);
+                                            const pm_json *info, const pm_digest *file,
+                                            pm_error *err);
 PM_MUST_USE pm_status pm_store_map_list(pm_store *store, pm_json **out, pm_error *err);
 
 /* ---- jobs ---- */
@@ -125,6 +128,7 @@ typedef struct pm_new_job {
 
 typedef struct pm_new_result {
     const char *name, *format;
+    const pm_digest *stored; /* of bytes that are in the store already; or NULL */
     const void *data;
     size_t size;
 } pm_new_result;

@@ -192,10 +192,14 @@ pm_status pm_store_upload_begin(pm_store *store, int64_t *upload, pm_error *err)
 pm_status pm_store_upload_chunk(pm_store *store, int64_t upload, uint64_t n, const void *data,
                                 size_t size, pm_error *err)
 {
-    pm_store_lock(store);
-    pm_status st = insert_chunk(store, upload, n, data, size, err);
-    pm_store_unlock(store);
-    return st;
+    pm_status st = pm_store_begin(store, err);
+    if (st)
+        return st;
+    for (size_t at = 0; at < size && !st; at += PM_CHUNK_BYTES) {
+        size_t part = size - at < PM_CHUNK_BYTES ? size - at : PM_CHUNK_BYTES;
+        st = insert_chunk(store, upload, n++, (const char *)data + at, part, err);
+    }
+    return pm_store_end(store, st, err);
 }
 
 /* Gives an upload's chunks to a blob that has lost its own. */

@@ -93,8 +93,11 @@ static pm_status put_result(pm_store *store, int64_t job, size_t n, const pm_new
 {
     pm_blob blob;
     bool existed;
-    pm_status st =
-        pm_store_insert_blob(store, result->data, result->size, &blob, &existed, err);
+    pm_status st = result->stored ? pm_store_find_blob(store, result->stored, &blob, err)
+                                  : pm_store_insert_blob(store, result->data, result->size,
+                                                         &blob, &existed, err);
+    if (st == PM_E_MISSING)
+        return pm_error_set(err, PM_E_IO, "a result had to make room in the store");
     return st ? st
               : pm_store_run(store, err,
                              "INSERT INTO results(job, n, name, format, digest, size, blob)"
@@ -114,6 +117,7 @@ static pm_status put_map(pm_store *store, const pm_map_record *map, pm_error *er
                      "INSERT INTO maps(key, info, request, blob, created)"
                      " VALUES(?, ?, ?, (SELECT id FROM blobs WHERE digest = ?), ?)"
                      " ON CONFLICT(key) DO UPDATE SET"
+                     " info = iif(blob IS NULL, excluded.info, info),"
                      " blob = coalesce(blob, excluded.blob)",
                      "tttdi", map->key, info, map->request, map->file, pm_store_now());
     free(info);

@@ -113,15 +113,20 @@ pm_status pm_store_map_get(pm_store *store, const char *key, pm_json **info, cha
     return ended ? ended : st;
 }
 
-pm_status pm_store_map_set_file(pm_store *store, const char *key, const pm_digest *file,
-                                pm_error *err)
+pm_status pm_store_map_set_file(pm_store *store, const char *key, const pm_json *info,
+                                const pm_digest *file, pm_error *err)
 {
+    char *text = pm_json_text(info);
+    if (!text)
+        return pm_error_set(err, PM_E_MEMORY, "no memory for a map record");
     pm_store_lock(store);
-    pm_status st = pm_store_run(store, err,
-                                "UPDATE maps SET blob = (SELECT id FROM blobs WHERE digest = ?)"
-                                " WHERE key = ?",
-                                "dt", file, key);
+    pm_status st =
+        pm_store_run(store, err,
+                     "UPDATE maps SET blob = (SELECT id FROM blobs WHERE digest = ?),"
+                     " info = ? WHERE key = ?",
+                     "dtt", file, text, key);
     pm_store_unlock(store);
+    free(text);
     return st;
 }
 

@@ -29,8 +29,13 @@ struct worker {
     pm_job job;
     pm_error lost; /* why the server cannot go on with us; set once */
     bool joined[PM_MAP_KINDS];
-    double progress_ms; /* when it was last told */
-    const char *stage;  /* that was last told */
+    struct outgoing {
+        bool begun;
+        int file; /* the next piece; -1: none yet */
+        size_t filled;
+    } maps[PM_MAP_KINDS]; /* files under way */
+    double progress_ms;   /* when it was last told */
+    const char *stage;    /* that was last told */
 };
 
 /* ---- hooks ---- */
@@ -141,6 +146,65 @@ static void keep(void *context, const pm_digest *family, pm_map_kind kind, uint6
             &file, 1);
     pm_message_clear(&answer);
     close(file);
+}
+
+/* ---- files of maps, piece by piece ---- */
+
+static pm_status send_piece(struct worker *worker, pm_map_kind kind, pm_error *err)
+{
+    struct outgoing *map = &worker->maps[kind];
+    pm_status st = pm_memory_file_seal(map->file, err);
+    if (!st) {
+        pm_message answer = ask(
+            worker, pm_json_pack("{s:s, s:s}", "type", "piece", "name", pm_map_kind_name(kind)),
+            &map->file, 1);
+        if (is_lost(worker) || !pm_json_get_bool(answer.json, "ok", false))
+            st = pm_error_set(err, PM_E_IO, "the store does not take the map");
+        pm_message_clear(&answer);
+    }
+    close(map->file);
+    map->file = -1;
+    map->filled = 0;
+    return st;
+}
+
+static pm_status put(void *context, pm_map_kind kind, const void *data, size_t size,
+                     pm_error *err)
+{
+    struct worker *worker = context;
+    struct outgoing *map = &worker->maps[kind];
+    const char *at = data;
+    pm_status st = PM_OK;
+    map->begun = true;
+    while (size && !st) {
+        size_t room = PM_PIECE_BYTES - map->filled, part = size < room ? size : room;
+        if (map->file < 0)
+            st = pm_memory_file_new(&map->file, err);
+        if (!st)
+            st = pm_memory_file_append(map->file, at, part, err);
+        map->filled += part;
+        at += part;
+        size -= part;
+        if (!st && map->filled == PM_PIECE_BYTES)
+            st = send_piece(worker, kind, err);
+    }
+    return st;
+}
+
+static pm_status end_maps(struct worker *worker, pm_error *err)
+{
+    pm_status st = PM_OK;
+    for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
+        struct outgoing *map = &worker->maps[kind];
+        if (map->file >= 0)
+            st = send_piece(worker, (pm_map_kind)kind, err);
+        if (!st && map->begun)
+            tell(worker,
+                 pm_json_pack("{s:s, s:s, s:s}", "type", "result", "name",
+                              pm_map_kind_name((pm_map_kind)kind), "format", "pm"),
+                 NULL, 0);
+    }
+    return st ? st : worker->lost.status;
 }
 
 /* ---- what came ---- */
@@ -354,21 +418,6 @@ static pm_status send_values(struct worker *worker, const pm_answer *answer)
     return send_result(worker, &bytes, "values.txt", "txt");
 }
 
-static pm_status send_maps(struct worker *worker, const pm_answer *answer, pm_error *err)
-{
-    pm_status st = PM_OK;
-    for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
-        if (!answer->map[kind])
-            continue;
-        pm_bytes bytes = {0};
-        st = pm_photon_map_write(answer->map[kind], worker->job.command, &bytes, err);
-        if (!st)
-            st = send_result(worker, &bytes, pm_map_kind_name((pm_map_kind)kind), "pm");
-        pm_bytes_clear(&bytes);
-    }
-    return st;
-}
-
 static pm_status send_results(struct worker *worker, const pm_answer *answer, unsigned formats,
                               pm_error *err)
 {
@@ -378,7 +427,7 @@ static pm_status send_results(struct worker *worker, const pm_answer *answer, un
     case PM_JOB_TRACE:
         return send_values(worker, answer);
     case PM_JOB_MAP:
-        return send_maps(worker, answer, err);
+        return end_maps(worker, err);
     case PM_JOB_CHECK:
         break;
     }
@@ -408,7 +457,8 @@ static const pm_job_hooks hooks = {.cancelled = is_lost,
                                    .release = release,
                                    .keep = keep,
                                    .begin = begin,
-                                   .end = end};
+                                   .end = end,
+                                   .put = put};
 
 static pm_status run(struct worker *worker, const struct input *in, pm_error *err)
 {
@@ -438,6 +488,8 @@ static pm_status send_failed(int socket, const pm_error *why)
 int pm_worker_serve(int socket)
 {
     struct worker worker = {.socket = socket};
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        worker.maps[kind].file = -1;
     struct input in = {0};
     pm_message message = {0};
     pm_error err = PM_ERROR_INIT;

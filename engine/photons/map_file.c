@@ -82,30 +82,41 @@ static pm_status send(const pm_sink *sink, pm_bytes *bytes, pm_error *err)
 enum { PARTS = 8 };
 
 struct packing {
-    const pm_photon_map *map;
+    const pm_photon_map *map;   /* either photons of a map */
+    const pm_photon_list *list; /* or of a list */
+    size_t count;
     size_t first; /* photon of this round */
     pm_part_coder *coder[PARTS];
-    pm_photon *photons[PARTS];
+    pm_photon *photons[PARTS]; /* copies, of a map */
     pm_bytes out[PARTS];
 };
+
+/* The photons of a part, as they lie or copied. */
+static const pm_photon *part_of(const struct packing *p, size_t i, size_t first, size_t count)
+{
+    if (p->list)
+        return p->list->photons + first;
+    for (size_t k = 0; k < count; k++)
+        pm_photon_map_photon(p->map, first + k, &p->photons[i][k]);
+    return p->photons[i];
+}
 
 static void pack_part(void *context, size_t i, unsigned thread)
 {
     (void)thread;
     struct packing *p = context;
     size_t first = p->first + i * PM_PART_PHOTONS;
-    size_t count = pm_part_size(first, p->map->count);
-    for (size_t k = 0; k < count; k++)
-        pm_photon_map_photon(p->map, first + k, &p->photons[i][k]);
-    pm_put_part(&p->out[i], p->coder[i], p->photons[i], count, true);
+    size_t count = pm_part_size(first, p->count);
+    pm_put_part(&p->out[i], p->coder[i], part_of(p, i, first, count), count, true);
 }
 
 static pm_status packing_init(struct packing *p, size_t parts)
 {
     for (size_t i = 0; i < parts && i < PARTS; i++) {
         p->coder[i] = pm_part_coder_new();
-        p->photons[i] = malloc(PM_PART_PHOTONS * sizeof(pm_photon));
-        if (!p->coder[i] || !p->photons[i])
+        if (p->map)
+            p->photons[i] = malloc(PM_PART_PHOTONS * sizeof(pm_photon));
+        if (!p->coder[i] || (p->map && !p->photons[i]))
             return PM_E_MEMORY;
     }
     return PM_OK;
@@ -120,38 +131,53 @@ static void packing_clear(struct packing *p)
     }
 }
 
-static pm_status send_photons(const pm_photon_map *map, pm_pool *pool, const pm_sink *sink,
+static pm_status send_photons(struct packing *p, pm_pool *pool, const pm_sink *sink,
                               pm_error *err)
 {
-    struct packing p = {.map = map};
-    size_t parts = (map->count + PM_PART_PHOTONS - 1) / PM_PART_PHOTONS;
-    pm_status st = packing_init(&p, parts);
+    size_t parts = (p->count + PM_PART_PHOTONS - 1) / PM_PART_PHOTONS;
+    pm_status st = packing_init(p, parts);
     if (st)
         pm_error_set(err, st, "no memory for a file of photons");
     for (size_t part = 0; part < parts && !st; part += PARTS) {
         size_t count = parts - part < PARTS ? parts - part : PARTS;
-        p.first = part * PM_PART_PHOTONS;
-        pm_photons_run(pool, count, pack_part, &p);
+        p->first = part * PM_PART_PHOTONS;
+        pm_photons_run(pool, count, pack_part, p);
         for (size_t i = 0; i < count && !st; i++)
-            st = send(sink, &p.out[i], err);
+            st = send(sink, &p->out[i], err);
     }
-    packing_clear(&p);
+    packing_clear(p);
+    return st;
+}
+
+static pm_status send_map(const pm_map_header *header, struct packing *p, const char *command,
+                          pm_pool *pool, const pm_sink *sink, pm_error *err)
+{
+    pm_bytes bytes = {0};
+    put_header(&bytes, header, p->count);
+    pm_status st = send(sink, &bytes, err);
+    if (!st)
+        st = send_photons(p, pool, sink, err);
+    put_end(&bytes, command);
+    if (!st)
+        st = send(sink, &bytes, err);
+    pm_bytes_clear(&bytes);
     return st;
 }
 
 pm_status pm_photon_map_stream(const pm_photon_map *map, const char *command, pm_pool *pool,
                                const pm_sink *sink, pm_error *err)
 {
-    pm_bytes bytes = {0};
-    put_header(&bytes, &map->header, map->count);
-    pm_status st = send(sink, &bytes, err);
-    if (!st)
-        st = send_photons(map, pool, sink, err);
-    put_end(&bytes, command);
-    if (!st)
-        st = send(sink, &bytes, err);
-    pm_bytes_clear(&bytes);
-    return st;
+    struct packing p = {.map = map, .count = map->count};
+    return send_map(&map->header, &p, command, pool, sink, err);
+}
+
+pm_status pm_photon_list_stream(const pm_map_header *header, pm_photon_list *list,
+                                const char *command, pm_pool *pool, const pm_sink *sink,
+                                pm_error *err)
+{
+    struct packing p = {.list = list, .count = list->count};
+    pm_photons_sort(list->photons, list->count, pool);
+    return send_map(header, &p, command, pool, sink, err);
 }
 
 pm_status pm_sequence_end(const char *command, const pm_sink *sink, pm_error *err)

@@ -21,7 +21,10 @@
 typedef struct pm_photon_map pm_photon_map;
 
 #define PM_MAP_PHOTONS_MAX 2147483648U
-enum { PM_GATHER_MAX = 16384 }; /* greatest gather_count */
+enum {
+    PM_GATHER_MAX = 16384, /* greatest gather_count */
+    PM_PASSES_MAX = 4096,  /* of a sequence */
+};
 
 /* What a map is about; also the header of its file. */
 typedef struct pm_map_header {
@@ -187,6 +190,12 @@ typedef struct pm_sink {
  * bytes; the same version of zstd, too. Test: map_file_round_trip. */
 PM_MUST_USE pm_status pm_photon_map_stream(const pm_photon_map *map, const char *command,
                                            pm_pool *pool, const pm_sink *sink, pm_error *err);
+
+/* The same bytes straight from a list, which is put in order for it: no search structure is
+ * built. Test: list_and_map_give_the_same_file. */
+PM_MUST_USE pm_status pm_photon_list_stream(const pm_map_header *header, pm_photon_list *list,
+                                            const char *command, pm_pool *pool,
+                                            const pm_sink *sink, pm_error *err);
 
 /* A sequence of passes is a file of maps, each written with pm_photon_map_stream and no command
  * line, and then of this. */

@@ -38,7 +38,8 @@ typedef enum pm_estimator {
 typedef struct pm_map_wanted {
     bool wanted;
     bool from_file;        /* the user brings it: nothing is traced, `count` says nothing */
-    uint64_t count;        /* photons */
+    uint64_t count;        /* photons; of a sequence: of each pass */
+    uint32_t passes;       /* of a map job: a sequence of so many; 0: one map */
     uint32_t gather_count; /* photons an estimate; 0 = 40 */
     uint32_t gather_max;   /* > gather_count: that many or fewer, as bandwidth says; 0: fixed */
     pm_bandwidth bandwidth;

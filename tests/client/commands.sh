@@ -94,6 +94,28 @@ expect 0 "Kind:" "$pm" pmapinfo "$key"
 job=$("$pm" job list -q | sed -n '1s/ .*//p')
 expect 0 "$job" "$pm" job show "$job"
 
+# Sequences: passes are listed and fetched one by one; a dump and a picture take all of them.
+expect 0 "3 passes" "$pm" mkpmap -apg seq.gpm 2k --passes 3 box.rad
+expect 0 "extended" "$pm" mkpmap -apg more.gpm 2k --passes 5 -apr 0 box.rad
+[ "$("$pm" pmapinfo more.gpm | grep -c '^  pass ')" = 5 ] || fail "pmapinfo of a sequence"
+size=$(($(wc -c <seq.gpm) - 200)) # without the end, which has the command line
+[ "$(head -c $size seq.gpm | cksum)" = "$(head -c $size more.gpm | cksum)" ] || fail "passes differ"
+key=$("$pm" map list -q | sed -n 's/ .*//; /-2000-5$/p')
+expect 0 "" "$pm" map fetch "$key" --pass 4 -o last.gpm
+expect 0 "Photons:      200" "$pm" pmapinfo last.gpm
+expect 1 "passes 0 to 4" "$pm" map fetch "$key" --pass 5 -o none.gpm
+expect 2 "belongs to" "$pm" map list --pass 1
+[ "$("$pm" pmapdump -n 100 more.gpm | grep -c sphere)" = 100 ] || fail "pmapdump of a sequence"
+"$pm" rpict -ab -1 -apg more.gpm 50 $view box.rad >sequence.hdr || fail "rpict of a sequence"
+expect 2 "--passes" "$pm" mkpmap -apg zero.gpm 2k --passes 0 box.rad
+
+# The dump is a scene that renders.
+"$pm" pmapdump -n 400 -c 3 3 3 box.gpm >glow.rad || fail "pmapdump"
+"$pm" rtrace -h -ab 0 --passes 2 glow.rad >seen.txt <<RAYS || fail "a dump does not render"
+$(awk '/ sphere / { near = 1 } near && /^4 / { print $2, $3, $4 + 2 * $5, 0, 0, -1; exit }' glow.rad)
+RAYS
+awk '{ exit !($1 > 0 || $2 > 0 || $3 > 0) }' seen.txt || fail "a dump is dark: $(cat seen.txt)"
+
 # A scene on standard input, and !xform of a file beside it.
 echo '!xform -t 5 0 0 box.rad' >moved.rad
 echo '4.3 .7 0  0 0 1' | "$pm" trace moved.rad --passes 2 | awk '{ if (!($1 > 0)) exit 1 }' || fail "xform"

@@ -113,7 +113,8 @@ static void make_map(const struct scene *scene, const pm_job *job, const pm_job_
     uint64_t count = job->wanted.maps[kind].count;
     uint64_t batches = (count + BATCH_PHOTONS - 1) / BATCH_PHOTONS;
     pm_digest family = family_of(scene, kind);
-    *out = (pm_map_summary){true, family, count, batches * PM_BATCH_PATHS, 0, 0};
+    *out = (pm_map_summary){
+        .present = true, .family = family, .photons = count, .paths = batches * PM_BATCH_PATHS};
     hooks->begin(hooks->context, &family, (pm_map_kind)kind);
     for (uint64_t i = 0; i < batches && !hooks->cancelled(hooks->context); i++) {
         const pm_progress progress = {

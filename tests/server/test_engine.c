@@ -1,9 +1,11 @@
 #include "cmocka_first.h"
 
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/digest.h"
 #include "harness.h"
@@ -131,6 +133,178 @@ static void a_maps_file_is_made_on_demand_and_is_always_the_same(void **state)
     pm_json_free(job);
 }
 
+static const pm_json *only_map(const pm_json *job)
+{
+    const pm_json *maps = pm_json_get(job, "maps");
+    assert_int_equal(pm_json_length(maps), 1);
+    return pm_json_at(maps, 0);
+}
+
+static int64_t number(const pm_json *map, const char *name)
+{
+    return pm_json_get_integer(map, name, -1);
+}
+
+static pm_digest result_digest(const test_server *server, const pm_json *job)
+{
+    const pm_json *result = pm_json_at(pm_json_get(job, "result"), 0);
+    return fetch_digest(server, pm_json_get_text(result, "url", ""));
+}
+
+static pm_digest pass_digest(const test_server *server, const pm_json *job, unsigned pass)
+{
+    char path[160];
+    snprintf(path, sizeof path, "/v1/maps/%s/passes/%u",
+             pm_json_get_text(only_map(job), "key", ""), pass);
+    return fetch_digest(server, path);
+}
+
+static void assert_same(pm_digest a, pm_digest b)
+{
+    assert_true(pm_digest_equal(&a, &b));
+}
+
+#define SEQUENCE                                                                               \
+    "{\"kind\": \"map\", \"scene\": \"%%s\", \"global\": {\"count\": 20000, \"passes\": %d}}"
+
+static pm_json *run_sequence(const test_server *server, const char *scene, int passes)
+{
+    char format[256];
+    snprintf(format, sizeof format, SEQUENCE, passes);
+    return run(server, format, scene);
+}
+
+/* Appended later: only what is missing is traced, the passes of before stay as they were, and
+ * no two share a path. */
+static void a_longer_sequence_traces_only_the_missing_passes(void **state)
+{
+    test_server *server = *state;
+    char scene[65];
+    start(server, scene);
+    pm_json *three = run_sequence(server, scene, 3), *nine = run_sequence(server, scene, 9);
+    int64_t batches = number(only_map(three), "paths_traced") / 65536;
+    assert_int_equal(batches, 3); /* one a pass: 20000 photons need fewer paths */
+    assert_int_equal(number(only_map(nine), "paths_traced"), 65536 * 6);
+    assert_int_equal(number(only_map(nine), "paths_cached"), 65536 * 3);
+    const pm_json *passes = pm_json_get(only_map(nine), "passes");
+    assert_int_equal(pm_json_length(passes), 9);
+    for (unsigned i = 0; i < 9; i++) {
+        const pm_json *pass = pm_json_at(passes, i);
+        assert_in_range(number(pass, "photons"), 20000, 20020);
+        assert_int_equal(number(pass, "first_path"), 65536 * i);
+        if (i < 3)
+            assert_same(pass_digest(server, three, i), pass_digest(server, nine, i));
+    }
+    pm_digest first = pass_digest(server, nine, 0), second = pass_digest(server, nine, 1);
+    assert_false(pm_digest_equal(&first, &second));
+    pm_json_free(three);
+    pm_json_free(nine);
+}
+
+/* Topped up, in photons or in passes, or made at once: the same bytes. */
+static void topped_up_maps_are_those_made_at_once(void **state)
+{
+    test_server *server = *state;
+    char scene[65];
+    start(server, scene);
+    const char *small =
+                   "{\"kind\": \"map\", \"scene\": \"%s\", \"caustic\": {\"count\": 5000}}",
+               *large =
+                   "{\"kind\": \"map\", \"scene\": \"%s\", \"caustic\": {\"count\": 50000}}";
+    pm_json *first = run(server, small, scene), *topped = run(server, large, scene);
+    pm_json *few = run_sequence(server, scene, 2), *more = run_sequence(server, scene, 5);
+    assert_string_equal(pm_json_get_text(topped, "cache", ""), "extended");
+    pm_digest map = result_digest(server, topped), sequence = result_digest(server, more);
+    pm_json_free(first);
+    pm_json_free(topped);
+    pm_json_free(few);
+    pm_json_free(more);
+    test_server_stop(server, SIGTERM);
+    assert_int_equal(unlink(server->store), 0);
+    start(server, scene);
+    topped = run(server, large, scene);
+    more = run_sequence(server, scene, 5);
+    assert_string_equal(pm_json_get_text(topped, "cache", ""), "miss");
+    assert_same(map, result_digest(server, topped));
+    assert_same(sequence, result_digest(server, more));
+    pm_json_free(topped);
+    pm_json_free(more);
+}
+
+/* Killed in the middle, the next server goes on with what is stored, to the same bytes. */
+static void a_sequence_survives_kill_9(void **state)
+{
+    test_server *server = *state;
+    char scene[65], id[32], path[64];
+    start(server, scene);
+    test_job(server,
+             "{\"kind\": \"map\", \"scene\": \"%s\", \"global\": {\"count\": 60000, "
+             "\"passes\": 24}}",
+             scene, id);
+    snprintf(path, sizeof path, "/v1/jobs/%s", id);
+    for (int64_t photons = 0; photons < 100000;) { /* the second pass is under way */
+        test_reply reply = test_get(server, path);
+        const pm_json *progress = pm_json_get(reply.json, "progress");
+        photons = pm_json_get_integer(pm_json_get(progress, "photons"), "global", 0);
+        if (!strcmp(pm_json_get_text(reply.json, "state", ""), "done"))
+            photons = INT64_MAX;
+        test_reply_clear(&reply);
+    }
+    test_server_stop(server, SIGKILL);
+    test_server_start_plain(server);
+    pm_json *job = test_finish(server, id);
+    assert_string_equal(pm_json_get_text(job, "state", ""), "done");
+    pm_digest sequence = result_digest(server, job);
+    pm_json_free(job);
+    test_server_stop(server, SIGTERM);
+    assert_int_equal(unlink(server->store), 0);
+    start(server, scene);
+    job = run(server,
+              "{\"kind\": \"map\", \"scene\": \"%s\", \"global\": {\"count\": 60000, "
+              "\"passes\": 24}}",
+              scene);
+    assert_same(sequence, result_digest(server, job));
+    pm_json_free(job);
+}
+
+static void assert_refused(const test_server *server, const char *format, const char *scene,
+                           const char *text)
+{
+    char body[512];
+    snprintf(body, sizeof body, format, scene);
+    test_reply reply = test_post(server, "/v1/jobs", body);
+    assert_int_equal(reply.status, 422);
+    const char *detail = pm_json_get_text(reply.json, "detail", "");
+    if (!strstr(detail, text))
+        fail_msg("says: %s", detail);
+    test_reply_clear(&reply);
+}
+
+static void passes_that_are_not_there_are_404_and_wrong_ones_422(void **state)
+{
+    test_server *server = *state;
+    char scene[65], path[160];
+    start(server, scene);
+    pm_json *job = run_sequence(server, scene, 2);
+    const char *key = pm_json_get_text(only_map(job), "key", "");
+    const char *wrong[] = {"2", "-1", "x", "99999999999999999999"};
+    for (unsigned i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        snprintf(path, sizeof path, "/v1/maps/%s/passes/%s", key, wrong[i]);
+        test_reply reply = test_get(server, path);
+        assert_int_equal(reply.status, 404);
+        test_reply_clear(&reply);
+    }
+    pm_json_free(job);
+    assert_refused(server,
+                   "{\"kind\": \"map\", \"scene\": \"%s\", \"global\": {\"count\": 1000, "
+                   "\"passes\": 0}}",
+                   scene, "must be 1 to 4096");
+    assert_refused(server,
+                   "{\"kind\": \"render\", \"scene\": \"%s\", \"global\": {\"count\": 1000, "
+                   "\"passes\": 2}}",
+                   scene, "in a job of kind map alone");
+}
+
 /* In a closed box all power ends in the walls: mean irradiance on walls and ball is far from
  * zero, and a sensor under the lamp sees more than one at the wall's foot. Exact numbers are
  * tests/physics' part. */
@@ -191,6 +365,10 @@ int main(void)
         TEST(errors_in_scenes_name_file_line_and_column),
         TEST(a_second_view_traces_no_photon),
         TEST(a_maps_file_is_made_on_demand_and_is_always_the_same),
+        TEST(a_longer_sequence_traces_only_the_missing_passes),
+        TEST(topped_up_maps_are_those_made_at_once),
+        TEST(a_sequence_survives_kill_9),
+        TEST(passes_that_are_not_there_are_404_and_wrong_ones_422),
         TEST(sensors_see_the_lamp),
         TEST(a_map_of_another_scene_is_refused),
     };

@@ -312,8 +312,8 @@ static void a_job_goes_from_queue_to_results(void **state)
     assert_state(store, id, "queued");
     assert_int_equal(pm_store_job_start(store, id, NULL), PM_OK);
     assert_state(store, id, "running");
-    const pm_new_result results[] = {{"picture.exr", "exr", "EXR", 3},
-                                     {"picture.png", "png", "PNG!", 4}};
+    const pm_new_result results[] = {{"picture.exr", "exr", NULL, "EXR", 3},
+                                     {"picture.png", "png", NULL, "PNG!", 4}};
     pm_json *answer = pm_json_pack("{s:i}", "passes", 3);
     const pm_job_end end = {
         .state = "done", .answer = answer, .results = results, .result_count = 2};
