@@ -5,6 +5,7 @@ void pm_rng_refill(pm_rng *rng)
     uint32_t k0 = rng->key[0], k1 = rng->key[1];
     uint32_t c0 = rng->counter[0], c1 = rng->counter[1], c2 = rng->counter[2],
              c3 = rng->counter[3];
+#pragma GCC unroll 10
     for (int round = 0; round < 10; round++) {
         uint64_t p0 = (uint64_t)0xD2511F53U * c0, p1 = (uint64_t)0xCD9E8D57U * c2;
         c0 = (uint32_t)(p1 >> 32) ^ c1 ^ k0;

@@ -37,8 +37,8 @@ static uint32_t reverse_bits(uint32_t x)
 }
 
 /* The sum of the directions that a byte of the index selects, bit-reversed so that scrambling
- * works upward: by dimension, place of the byte, byte. */
-static uint32_t sums[PM_SOBOL_DIMENSIONS][4][256];
+ * works upward: by place of the byte, byte, dimension. */
+static uint32_t sums[4][256][PM_SOBOL_DIMENSIONS];
 
 /* Filled before main, read-only ever after. */
 __attribute__((constructor)) static void fill_sums(void)
@@ -48,8 +48,8 @@ __attribute__((constructor)) static void fill_sums(void)
         make_directions(d, v);
         for (unsigned place = 0; place < 4; place++)
             for (unsigned byte = 1; byte < 256; byte++)
-                sums[d][place][byte] =
-                    sums[d][place][byte & (byte - 1)] ^
+                sums[place][byte][d] =
+                    sums[place][byte & (byte - 1)][d] ^
                     reverse_bits(v[8 * place + (unsigned)__builtin_ctz(byte)]);
     }
 }
@@ -64,6 +64,28 @@ static uint32_t owen_scramble(uint32_t x, uint32_t seed)
     x ^= x * 0x05526C56U;
     x ^= x * 0x53A22864U;
     return reverse_bits(x);
+}
+
+/* The same for all dimensions at once. */
+typedef uint32_t lanes __attribute__((vector_size(4 * PM_SOBOL_DIMENSIONS)));
+
+static lanes reverse_lanes(lanes x)
+{
+    x = x >> 16 | x << 16;
+    x = (x >> 8 & 0x00FF00FFU) | (x & 0x00FF00FFU) << 8;
+    x = (x >> 4 & 0x0F0F0F0FU) | (x & 0x0F0F0F0FU) << 4;
+    x = (x >> 2 & 0x33333333U) | (x & 0x33333333U) << 2;
+    return (x >> 1 & 0x55555555U) | (x & 0x55555555U) << 1;
+}
+
+static lanes owen_scramble_lanes(lanes x, lanes seed)
+{
+    x ^= x * 0x3D20ADEAU;
+    x += seed;
+    x *= seed >> 16 | 1U;
+    x ^= x * 0x05526C56U;
+    x ^= x * 0x53A22864U;
+    return reverse_lanes(x);
 }
 
 uint32_t pm_hash_u32(uint32_t a, uint32_t b)
@@ -82,11 +104,25 @@ uint32_t pm_hash_u32(uint32_t a, uint32_t b)
 
 double pm_sobol_hashed(uint32_t index, unsigned dimension, uint32_t hash)
 {
-    uint32_t(*sum)[256] = sums[dimension];
-    uint32_t x = sum[0][index & 255] ^ sum[1][index >> 8 & 255];
+    uint32_t x = sums[0][index & 255][dimension] ^ sums[1][index >> 8 & 255][dimension];
     if (index >> 16)
-        x ^= sum[2][index >> 16 & 255] ^ sum[3][index >> 24];
+        x ^= sums[2][index >> 16 & 255][dimension] ^ sums[3][index >> 24][dimension];
     return owen_scramble(x, hash) * 0x1p-32;
+}
+
+void pm_sobol_point(uint32_t index, const uint32_t hash[PM_SOBOL_DIMENSIONS],
+                    double out[PM_SOBOL_DIMENSIONS])
+{
+    const uint32_t *a = sums[0][index & 255], *b = sums[1][index >> 8 & 255];
+    const uint32_t *c = sums[2][index >> 16 & 255], *d = sums[3][index >> 24];
+    lanes x, seed;
+    for (int i = 0; i < PM_SOBOL_DIMENSIONS; i++) {
+        x[i] = a[i] ^ b[i] ^ c[i] ^ d[i];
+        seed[i] = hash[i];
+    }
+    x = owen_scramble_lanes(x, seed);
+    for (int i = 0; i < PM_SOBOL_DIMENSIONS; i++)
+        out[i] = x[i] * 0x1p-32;
 }
 
 double pm_sobol(uint32_t index, unsigned dimension, uint32_t scramble)

@@ -18,6 +18,11 @@ double pm_sobol(uint32_t index, unsigned dimension, uint32_t scramble);
 /* The same for who draws many points: hash = pm_hash_u32(scramble, dimension). */
 double pm_sobol_hashed(uint32_t index, unsigned dimension, uint32_t hash);
 
+/* All dimensions of a point: hash[d] and out[d] as above. Test: sobol_points_are_their_numbers.
+ */
+void pm_sobol_point(uint32_t index, const uint32_t hash[PM_SOBOL_DIMENSIONS],
+                    double out[PM_SOBOL_DIMENSIONS]);
+
 /* Mixes two numbers into well-spread bits; for deriving scrambles (lowbias32, Wellons 2018). */
 uint32_t pm_hash_u32(uint32_t a, uint32_t b);
 

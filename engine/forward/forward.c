@@ -133,6 +133,7 @@ static pm_status run_chunks(const pm_forward *forward, struct run *run, size_t c
     for (unsigned t = 0; t < pm_pool_threads(pool); t++) {
         out_of_memory |= run->recorders[t].out_of_memory;
         atomic_fetch_add(&forward->counters->nonfinite, run->recorders[t].nonfinite);
+        atomic_fetch_add(&forward->counters->rays, run->recorders[t].rays);
     }
     if (out_of_memory)
         return pm_error_set(err, PM_E_MEMORY, "no memory for the photons of a batch");
@@ -324,6 +325,11 @@ double pm_forward_flux_scale(const pm_forward *forward)
 double pm_forward_storage_probability(const pm_forward *forward, pm_map_kind kind)
 {
     return forward->probability[kind];
+}
+
+uint64_t pm_forward_rays(const pm_forward *forward)
+{
+    return atomic_load(&forward->counters->rays);
 }
 
 uint64_t pm_forward_nonfinite(const pm_forward *forward)

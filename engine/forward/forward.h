@@ -59,4 +59,8 @@ void pm_batch_truncate(pm_batch *batch, uint32_t paths);
  * healthy run, and a test fails otherwise. */
 uint64_t pm_forward_nonfinite(const pm_forward *forward);
 
+/* Straight stretches of paths traced since pm_forward_new, those of the pre-run included; for
+ * benchmarks. */
+uint64_t pm_forward_rays(const pm_forward *forward);
+
 #endif

@@ -14,7 +14,7 @@ enum {
 
 /* What changes while a const pm_forward is shared. */
 struct pm_forward_counters {
-    atomic_uint_fast64_t nonfinite;
+    atomic_uint_fast64_t nonfinite, rays;
 };
 
 struct pm_forward {

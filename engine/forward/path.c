@@ -332,7 +332,7 @@ void pm_tracer_set_replicate(struct pm_tracer *tracer, unsigned replicate)
     pm_rng_init(&rng, tracer->seed, PM_RNG_SCRAMBLE, replicate);
     pm_rng_bounce(&rng, (uint32_t)tracer->purpose); /* the pre-run has scrambles of its own */
     uint32_t scramble = pm_rng_u32(&rng);
-    for (unsigned d = 0; d < PM_EMISSION_DIMENSIONS; d++)
+    for (unsigned d = 0; d < PM_SOBOL_DIMENSIONS; d++)
         tracer->scramble[d] = pm_hash_u32(scramble, d);
 }
 
@@ -351,9 +351,8 @@ static double way_to_scene(const pm_ray *ray)
 /* False if no light emits. */
 static bool emit(struct walk *walk, uint32_t sobol_index)
 {
-    double u[PM_EMISSION_DIMENSIONS];
-    for (unsigned d = 0; d < PM_EMISSION_DIMENSIONS; d++)
-        u[d] = pm_sobol_hashed(sobol_index, d, walk->tracer->scramble[d]);
+    double u[PM_SOBOL_DIMENSIONS];
+    pm_sobol_point(sobol_index, walk->tracer->scramble, u);
     const pm_emission *e = &walk->emission;
     if (!pm_light_emit(walk->tracer->world, u, &walk->emission))
         return false;
@@ -385,4 +384,5 @@ void pm_path_trace(const struct pm_tracer *tracer, uint64_t number, uint32_t sob
     while ((finite = is_finite(&walk)) && step(&walk))
         continue;
     recorder->nonfinite += !finite;
+    recorder->rays += walk.segment;
 }

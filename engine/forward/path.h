@@ -7,12 +7,11 @@
 
 #include "base/rgb.h"
 #include "base/rng.h"
+#include "base/sobol.h"
 #include "forward/photon.h"
 #include "world/world.h"
 
 /* One photon path from its light to its end. Shared by the files of this folder. */
-
-enum { PM_EMISSION_DIMENSIONS = 5 };
 
 /* What every path of a run has in common. */
 struct pm_tracer {
@@ -21,7 +20,7 @@ struct pm_tracer {
     uint64_t seed;
     pm_rng_purpose purpose;
     uint32_t max_events;
-    uint32_t scramble[PM_EMISSION_DIMENSIONS]; /* of the emission's Sobol sequence */
+    uint32_t scramble[PM_SOBOL_DIMENSIONS]; /* of the emission's Sobol sequence */
 };
 
 /* Fills in `scramble` for a replicate. */
@@ -43,7 +42,7 @@ struct pm_recorder {
     struct pm_photon_buffer buffer[PM_MAP_KINDS];
     uint64_t deposits[PM_MAP_KINDS]; /* before the storage probability, stored or not */
     pm_rgb emitted, absorbed, escaped;
-    uint64_t nonfinite;
+    uint64_t nonfinite, rays;
     bool out_of_memory; /* photons were lost; the run must fail */
 };
 

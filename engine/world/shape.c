@@ -167,32 +167,17 @@ bool pm_shape_meets_cube(const struct pm_shape *s, pm_vec3 center, double half)
 
 /* ---- points and normals ---- */
 
-pm_vec3 pm_shape_normal(const struct pm_shape *s, pm_vec3 point)
+pm_vec3 pm_shape_cone_normal(const struct pm_shape *s, pm_vec3 point)
 {
-    pm_vec3 out;
-    if (pm_shape_is_planar(s))
-        return s->axis;
-    if (pm_shape_is_ball(s)) {
-        out = pm_vec3_normalize(pm_vec3_sub(point, s->center));
-    } else {
-        double along;
-        pm_vec3 radial = pm_vec3_normalize(from_axis(s, point, &along));
-        out = pm_vec3_normalize(pm_vec3_madd(radial, -slope(s), s->axis));
-    }
+    double along;
+    pm_vec3 radial = pm_vec3_normalize(from_axis(s, point, &along));
+    pm_vec3 out = pm_vec3_normalize(pm_vec3_madd(radial, -slope(s), s->axis));
     return s->inward ? pm_vec3_negate(out) : out;
 }
 
-pm_vec3 pm_shape_project(const struct pm_shape *s, pm_vec3 point)
+/* Along the radius: off by the square of the slope times rounding. */
+pm_vec3 pm_shape_cone_project(const struct pm_shape *s, pm_vec3 point)
 {
-    if (pm_shape_is_planar(s)) {
-        double height = pm_vec3_dot(s->axis, point) - s->offset;
-        return pm_vec3_madd(point, -height, s->axis);
-    }
-    if (pm_shape_is_ball(s)) {
-        pm_vec3 v = pm_vec3_normalize(pm_vec3_sub(point, s->center));
-        return pm_vec3_madd(s->center, s->r0, v);
-    }
-    /* along the radius: off by the square of the slope times rounding */
     double along;
     pm_vec3 radial = pm_vec3_normalize(from_axis(s, point, &along));
     pm_vec3 foot = pm_vec3_madd(s->center, along, s->axis);

@@ -80,12 +80,6 @@ double pm_shape_area(const struct pm_shape *shape);
 void pm_shape_sample(const struct pm_shape *shape, double u, double v, pm_vec3 *point,
                      pm_vec3 *normal);
 
-/* Unit front normal at a point of the shape. */
-pm_vec3 pm_shape_normal(const struct pm_shape *shape, pm_vec3 point);
-
-/* The nearest point of the (unbounded) plane or quadric, for points within rounding of it. */
-pm_vec3 pm_shape_project(const struct pm_shape *shape, pm_vec3 point);
-
 /* Ascending distances at which a line meets a curved shape, 0 to 2 of them. With `on` the
  * origin lies on the shape: one root is then exactly 0, and the other free of cancellation (the
  * quadratic is deflated). Test: quadrics_are_met_where_analysis_says. */
@@ -101,6 +95,34 @@ static inline bool pm_shape_is_planar(const struct pm_shape *shape)
 static inline bool pm_shape_is_ball(const struct pm_shape *shape)
 {
     return shape->type == PM_SPHERE || shape->type == PM_BUBBLE;
+}
+
+/* pm_shape_normal and pm_shape_project of cones and their like. */
+pm_vec3 pm_shape_cone_normal(const struct pm_shape *shape, pm_vec3 point);
+pm_vec3 pm_shape_cone_project(const struct pm_shape *shape, pm_vec3 point);
+
+/* Unit front normal at a point of the shape. */
+static inline pm_vec3 pm_shape_normal(const struct pm_shape *s, pm_vec3 point)
+{
+    if (pm_shape_is_planar(s))
+        return s->axis;
+    if (!pm_shape_is_ball(s))
+        return pm_shape_cone_normal(s, point);
+    pm_vec3 out = pm_vec3_normalize(pm_vec3_sub(point, s->center));
+    return s->inward ? pm_vec3_negate(out) : out;
+}
+
+/* The nearest point of the (unbounded) plane or quadric, for points within rounding of it. */
+static inline pm_vec3 pm_shape_project(const struct pm_shape *s, pm_vec3 point)
+{
+    if (pm_shape_is_planar(s)) {
+        double height = pm_vec3_dot(s->axis, point) - s->offset;
+        return pm_vec3_madd(point, -height, s->axis);
+    }
+    if (!pm_shape_is_ball(s))
+        return pm_shape_cone_project(s, point);
+    pm_vec3 v = pm_vec3_normalize(pm_vec3_sub(point, s->center));
+    return pm_vec3_madd(s->center, s->r0, v);
 }
 
 #endif

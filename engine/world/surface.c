@@ -54,6 +54,10 @@ struct choice {
 static bool choose(const pm_surface *s, pm_rgb throughput, unsigned events, struct choice *out)
 {
     double total = 0;
+    if (s->count == 1) { /* the common case, without a division */
+        out->of[0] = 1;
+        return pm_rgb_mean(pm_rgb_mul(throughput, s->lobes[0].albedo)) > 0;
+    }
     for (unsigned i = 0; i < s->count; i++) {
         const pm_lobe *lobe = &s->lobes[i];
         bool taken = events >> lobe->event & 1;
@@ -103,7 +107,8 @@ static bool sample(const pm_surface *s, pm_rgb throughput, unsigned events, cons
     double rest = u[0];
     unsigned i = pick(choice, s->count, &rest);
     pm_lobe_sample(s, &s->lobes[i], u[1], u[2], out);
-    out->weight = pm_rgb_scale(out->weight, 1 / choice->of[i]);
+    if (choice->of[i] < 1)
+        out->weight = pm_rgb_scale(out->weight, 1 / choice->of[i]);
     return out->event != PM_EVENT_NONE;
 }
 

@@ -55,12 +55,24 @@ static inline void *bench_need(void *made)
     exit(1);
 }
 
-/* The world of a scene file that needs no others. */
-static inline pm_world *bench_world(const char *path)
+/* The world of a scene file's text. */
+static inline pm_world *bench_world_of(const char *text, size_t size)
 {
     pm_error err = PM_ERROR_INIT;
     pm_scene *scene = NULL;
     pm_world *world = NULL;
+    pm_bundle *bundle = bench_need(pm_bundle_new());
+    bench_check(pm_bundle_add(bundle, "scene.rad", text, size, &err), &err);
+    bench_check(pm_scene_parse(bundle, "scene.rad", NULL, &scene, &err), &err);
+    bench_check(pm_world_compile(scene, &world, &err), &err);
+    pm_scene_free(scene);
+    pm_bundle_free(bundle);
+    return world;
+}
+
+/* The world of a scene file that needs no others. */
+static inline pm_world *bench_world(const char *path)
+{
     struct stat info;
     FILE *file = fopen(path, "rb");
     if (!file || fstat(fileno(file), &info)) {
@@ -74,12 +86,7 @@ static inline pm_world *bench_world(const char *path)
         exit(1);
     }
     fclose(file);
-    pm_bundle *bundle = bench_need(pm_bundle_new());
-    bench_check(pm_bundle_add(bundle, "scene.rad", data, size, &err), &err);
-    bench_check(pm_scene_parse(bundle, "scene.rad", NULL, &scene, &err), &err);
-    bench_check(pm_world_compile(scene, &world, &err), &err);
-    pm_scene_free(scene);
-    pm_bundle_free(bundle);
+    pm_world *world = bench_world_of(data, size);
     free(data);
     return world;
 }

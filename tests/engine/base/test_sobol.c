@@ -61,10 +61,26 @@ static void sobol_scrambles_are_independent(void **state)
     assert_true(fabs(product / N - 0.25) < 5 * sqrt(7.0) / 12 / sqrt(N));
 }
 
+static void sobol_points_are_their_numbers(void **state)
+{
+    (void)state;
+    uint32_t hash[PM_SOBOL_DIMENSIONS];
+    for (unsigned d = 0; d < PM_SOBOL_DIMENSIONS; d++)
+        hash[d] = pm_hash_u32(7, d);
+    for (uint32_t i = 0; i < 5000; i++) {
+        double point[PM_SOBOL_DIMENSIONS];
+        uint32_t index = i * 858993u;
+        pm_sobol_point(index, hash, point);
+        for (unsigned d = 0; d < PM_SOBOL_DIMENSIONS; d++)
+            assert_true(point[d] == pm_sobol(index, d, 7));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sobol_is_a_net),
+        cmocka_unit_test(sobol_points_are_their_numbers),
         cmocka_unit_test(sobol_each_dimension_is_stratified),
         cmocka_unit_test(sobol_scrambles_are_independent),
     };
