@@ -89,12 +89,25 @@ static bool put_formats(pm_json *request, unsigned formats)
     return false;
 }
 
+/* All but the value, which comes in any case. */
+static void fields_asked(const pm_options *options, char out[PM_FIELDS_MAX])
+{
+    for (const char *field = options->fields; *field; field++)
+        if (*field != 'v')
+            *out++ = *field;
+    *out = '\0';
+}
+
 static bool put_points(pm_json *request, const pm_options *options,
                        const pm_attachments *attachments)
 {
     char hex[PM_DIGEST_HEX];
     bool irradiance = options->verb == PM_VERB_TRACE || options->irradiance;
     pm_digest_hex(&attachments->points, hex);
+    char fields[PM_FIELDS_MAX];
+    fields_asked(options, fields);
+    if (*fields && !pm_json_put(request, "fields", pm_json_pack("s", fields)))
+        return false;
     return pm_json_put(request, "points", pm_json_pack("s", hex)) &&
            pm_json_put(request, "quantity",
                        pm_json_pack("s", irradiance ? "irradiance" : "radiance"));

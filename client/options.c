@@ -33,6 +33,7 @@ struct option {
     pm_status (*take)(struct words *words);
     size_t offset; /* of a switch: its place in pm_options and what it sets there */
     bool value;
+    const char *letters; /* one or more of these follow the name; NULL: none do */
 };
 
 /* Where reading stands. */
@@ -612,10 +613,11 @@ static pm_status take_token_file(struct words *words)
     return take_text(words, "a file", &words->out->token_file);
 }
 
-#define SWITCH(member, to) set_switch, offsetof(pm_options, member), to
-#define DUMP(member, to)   set_switch, offsetof(pm_options, dump.member), to
-#define TOGGLE(member)     toggle, offsetof(pm_options, member), false
-#define TAKE(take)         take, 0, false
+#define SWITCH(member, to)     set_switch, offsetof(pm_options, member), to, NULL
+#define DUMP(member, to)       set_switch, offsetof(pm_options, dump.member), to, NULL
+#define TOGGLE(member)         toggle, offsetof(pm_options, member), false, NULL
+#define TAKE(take)             take, 0, false, NULL
+#define LETTERS(take, letters) take, 0, false, letters
 
 static pm_status toggle(struct words *words)
 {
@@ -630,10 +632,25 @@ static pm_status set_switch(struct words *words)
     return PM_OK;
 }
 
-/* Says what is so in any case. */
-static pm_status confirm(struct words *words)
+/* -f[adf][adfc]: of points, then of values; one letter says both. */
+static pm_status take_formats(struct words *words)
 {
-    (void)words;
+    const char *letters = words->option + 2;
+    if (strlen(letters) > 2 || letters[0] == 'c')
+        return bad(words, words->option,
+                   "-f with one of a (text), f (float), d (double) for the points, and one of "
+                   "these or c (pixels) for the values");
+    words->out->input_format = letters[0];
+    words->out->output_format = letters[letters[1] ? 1 : 0];
+    return PM_OK;
+}
+
+static pm_status take_fields(struct words *words)
+{
+    const char *letters = words->option + 2;
+    if (strlen(letters) >= sizeof words->out->fields)
+        return bad(words, words->option, "-o with 15 letters at most");
+    snprintf(words->out->fields, sizeof words->out->fields, "%s", letters);
     return PM_OK;
 }
 
@@ -742,9 +759,16 @@ static const struct option options[] = {
     {"-w", RADIANCE, "", "no notes on standard error, errors only", SWITCH(quiet, true)},
     {"-w-", RADIANCE, "", "the same", SWITCH(quiet, true)},
     {"-w+", RADIANCE, "", "notes (the default)", SWITCH(quiet, false)},
-    {"-ov", PM_VERB_RTRACE, "", "print values (always so)", TAKE(confirm)},
-    {"-fa", PM_VERB_RTRACE, "", "read and print text (always so)", TAKE(confirm)},
-    {"-faa", PM_VERB_RTRACE, "", "the same", TAKE(confirm)},
+    {"-o", PM_VERB_RTRACE, "odvLpnNcsmM",
+     "print origin, direction, value; of what the ray meets first: distance, point, normal, "
+     "that without textures, coordinates, surface, modifier, material (-ov)",
+     LETTERS(take_fields, "odvLpnNcsmM")},
+    {"-f", PM_VERB_RTRACE, "adf, adfc",
+     "points and values as text, floats or doubles, values also as pixels (-faa)",
+     LETTERS(take_formats, "adfc")},
+    {"-x", PM_VERB_RTRACE, "N", "with -y: the values are a picture of that width",
+     TAKE(take_size)},
+    {"-y", PM_VERB_RTRACE, "N", "and of that height", TAKE(take_size)},
     {"--errors", POINTS, "", "three more columns: half-widths of the 95 % intervals",
      SWITCH(errors, true)},
     {"-o", PM_VERB_RENDER | PM_VERB_MAP, "FILE",
@@ -835,8 +859,11 @@ static bool is_named(const struct option *entry, const char *word)
     bool toggles = entry->take == toggle || entry->take == take_back_faces;
     size_t length = strlen(entry->name);
     const char *tail = word + length;
-    return !strncmp(word, entry->name, length) &&
-           (!*tail || (toggles && strchr(TAILS, *tail) && !tail[1]));
+    if (strncmp(word, entry->name, length) != 0)
+        return false;
+    if (entry->letters)
+        return *tail && strspn(tail, entry->letters) == strlen(tail);
+    return !*tail || (toggles && strchr(TAILS, *tail) && !tail[1]);
 }
 
 static pm_status take_option(struct words *words)
@@ -891,8 +918,11 @@ pm_status pm_options_parse(pm_verb verb, int argc, char **argv, pm_options *out,
                          .token_file = getenv("PM_TOKEN_FILE"),
                          .view = pm_view_default(),
                          .ambient_bounces = verb & RENDERING ? 1 : 0,
-                         .x = 512,
-                         .y = 512,
+                         .x = verb & PICTURES ? 512 : 0,
+                         .y = verb & PICTURES ? 512 : 0,
+                         .input_format = 'a',
+                         .output_format = 'a',
+                         .fields = "v",
                          .pixel_aspect = 1,
                          .dump = default_dump};
     struct words words = {.argc = argc, .argv = argv, .out = &result, .err = err};

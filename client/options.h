@@ -71,6 +71,8 @@ typedef struct pm_map_option {
     const char *file;    /* rpict, rtrace: read; mkpmap: written */
 } pm_map_option;
 
+enum { PM_FIELDS_MAX = 16 };
+
 typedef struct pm_options {
     pm_verb verb;
     const char *server;     /* --server or PM_SERVER; NULL: a private one */
@@ -112,6 +114,8 @@ typedef struct pm_options {
     bool irradiance;                     /* rtrace -I */
     bool no_header;                      /* rtrace -h */
     bool errors;                         /* trace --errors */
+    char input_format, output_format;    /* rtrace -f: a, f, d; and c */
+    char fields[PM_FIELDS_MAX];          /* rtrace -o: what to print, v the value */
     bool json;                           /* scene, map, job --json */
     const char *outputs[PM_OUTPUTS_MAX]; /* -o */
     unsigned output_count;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/bytes.h"
+#include "columns.h"
 #include "job_request.h"
 #include "map_files.h"
 #include "progress.h"
@@ -12,65 +13,47 @@
 
 pm_status pm_check_trace(const pm_options *options, pm_error *err)
 {
-    if (strcmp(options->operands[0], "-") != 0)
-        return PM_OK;
-    return pm_error_set(err, PM_E_RANGE,
-                        "-: standard input brings the points, so the scene must be a file");
-}
-
-static pm_status read_points(pm_bytes *points, pm_error *err)
-{
-    char buffer[1 << 16];
-    for (size_t got; (got = fread(buffer, 1, sizeof buffer, stdin)) > 0;)
-        pm_bytes_append(points, buffer, got);
-    if (ferror(stdin))
-        return pm_error_set_at(err, PM_E_IO, "standard input", 0, 0, "cannot be read: %s",
-                               strerror(errno));
-    return pm_bytes_status(points)
-               ? pm_error_set(err, PM_E_MEMORY, "no memory for the points of stdin")
-               : PM_OK;
+    if (!strcmp(options->operands[0], "-"))
+        return pm_error_set(err, PM_E_RANGE,
+                            "-: standard input brings the points, so the scene must be a file");
+    if (!options->x != !options->y)
+        return pm_error_set(
+            err, PM_E_MISSING,
+            "-x and -y belong together: the size of the picture that the values "
+            "are; values come when all are done, so there is no flushing to set");
+    if (options->output_format != 'a' && strpbrk(options->fields, "smM"))
+        return pm_error_set(err, PM_E_RANGE,
+                            "-o%s: names are text; print them with -faa, -ffa or -fda",
+                            options->fields);
+    if (options->output_format == 'c' && (strcmp(options->fields, "v") != 0 || options->errors))
+        return pm_error_set(err, PM_E_RANGE,
+                            "-f%cc: pixels hold values alone; leave out -o%s and --errors",
+                            options->input_format, options->fields);
+    return PM_OK;
 }
 
 /* The header that rtrace writes before its values, but for the time of day: the same command
  * gives the same bytes. */
-static void print_header(void)
+static void print_header(const pm_options *options)
 {
-    printf("#?RADIANCE\n%s\nSOFTWARE= pm " PM_VERSION "\nNCOMP=3\nFORMAT=ascii\n\n",
-           pm_command_line);
-}
-
-/* A line of the answer holds r g b and their half-widths. */
-static pm_status print_line(const pm_options *options, const char *line, pm_error *err)
-{
-    double v[6];
-    char *end = NULL;
-    unsigned columns = options->errors ? 6 : 3;
-    for (unsigned i = 0; i < 6; i++) {
-        v[i] = strtod(line, &end);
-        if (end == line)
-            return pm_error_set(err, PM_E_CORRUPT, "the server's answer is no list of values");
-        line = end;
-    }
-    for (unsigned i = 0; i < columns; i++) {
-        if (options->verb == PM_VERB_RTRACE)
-            printf("%e\t", v[i]);
-        else
-            printf("%s%.9g", i ? " " : "", v[i]);
-    }
-    putchar('\n');
-    return PM_OK;
+    printf("#?RADIANCE\n%s\nSOFTWARE= pm " PM_VERSION "\n", pm_command_line);
+    if (options->output_format != 'c')
+        printf("NCOMP=%d\n", pm_values_numbers(options));
+    if (strchr("fd", options->output_format))
+        printf("BigEndian=0\n");
+    printf("FORMAT=%s\n\n", pm_number_format_name(options->output_format));
 }
 
 static pm_status print_values(const pm_options *options, pm_bytes *text, pm_error *err)
 {
-    pm_status st = PM_OK;
-    pm_bytes_u8(text, 0);
-    if (pm_bytes_status(text))
-        return pm_error_set(err, PM_E_MEMORY, "no memory for the values");
+    pm_status st = pm_values_check(options, text, err);
+    if (st)
+        return st;
     if (options->verb == PM_VERB_RTRACE && !options->no_header)
-        print_header();
-    for (char *line = strtok((char *)text->data, "\n"); line && !st; line = strtok(NULL, "\n"))
-        st = print_line(options, line, err);
+        print_header(options);
+    if (options->x)
+        printf("-Y %u +X %u\n", options->y, options->x);
+    st = pm_values_print(options, text, stdout, err);
     if (!st && (fflush(stdout) || ferror(stdout)))
         st = pm_error_set_at(err, PM_E_IO, "standard output", 0, 0, "cannot be written: %s",
                              strerror(errno));
@@ -107,7 +90,7 @@ pm_status pm_verb_trace(const pm_options *options, pm_error *err)
 {
     pm_session *session = NULL;
     pm_bytes points = {0}, values = {0};
-    pm_status st = read_points(&points, err);
+    pm_status st = pm_points_read(stdin, options->input_format, &points, err);
     if (!st)
         st = pm_session_open(options, &session, err);
     if (!st)

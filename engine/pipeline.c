@@ -52,6 +52,8 @@ static pm_status compile(pm_run *run, const pm_bundle *bundle)
         pm_world_hide_back_faces(run->world);
     if (!st && run->job->kind == PM_JOB_CHECK)
         st = pm_survey_make(scene, run->world, &run->answer->survey, run->err);
+    if (!st && run->job->first_hits)
+        st = pm_run_first_hits(run, scene);
     pm_scene_free(scene);
     if (st)
         return st;
@@ -190,6 +192,9 @@ void pm_answer_clear(pm_answer *answer)
     free(answer->survey);
     free(answer->values);
     free(answer->half_widths);
+    free(answer->hits);
+    free(answer->hit_names);
+    pm_arena_clear(&answer->names);
     free(answer->curve);
     *answer = (pm_answer){0};
 }

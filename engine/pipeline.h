@@ -5,6 +5,8 @@
 #include <stdint.h>
 
 #include "backward/backward.h"
+#include "backward/first_hit.h"
+#include "base/arena.h"
 #include "base/bytes.h"
 #include "base/digest.h"
 #include "base/error.h"
@@ -46,6 +48,7 @@ typedef struct pm_job {
     const pm_sensor *sensors; /* trace */
     size_t sensor_count;
     pm_quantity quantity;
+    bool first_hits; /* trace: what each sensor's ray meets first, too */
 
     /* Stops, whichever comes first; 0 = no such stop. With none given: error .02, 60 s. An
      * error alone, where nothing is lit, gives up after some 256 passes: error infinite. */
@@ -112,6 +115,11 @@ typedef struct pm_map_summary {
     uint32_t pass_count;
 } pm_map_summary;
 
+/* How what was met is called in the scene's file. */
+typedef struct pm_hit_names {
+    const char *surface, *modifier, *material;
+} pm_hit_names;
+
 typedef struct pm_answer {
     pm_digest scene; /* octree hash */
     pm_world_info world;
@@ -121,6 +129,9 @@ typedef struct pm_answer {
     pm_photon_map *map[PM_MAP_KINDS]; /* of PM_JOB_MAP without `put` */
     pm_image image;                   /* of PM_JOB_RENDER */
     float *values, *half_widths;      /* of PM_JOB_TRACE: [sensor_count][3] */
+    pm_first_hit *hits;               /* of PM_JOB_TRACE, if asked for: [sensor_count] */
+    pm_hit_names *hit_names;          /* [sensor_count]; "*" where nothing was met */
+    pm_arena names;                   /* that they live in */
     pm_curve_point *curve;
     size_t curve_count;
     uint32_t passes;

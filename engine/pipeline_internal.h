@@ -31,6 +31,9 @@ PM_MUST_USE pm_status pm_run_make_maps(pm_run *run, pm_photon_map *out[PM_MAP_KI
 PM_MUST_USE pm_status pm_run_make_pass_maps(pm_run *run, uint32_t pass,
                                             pm_photon_map *out[PM_MAP_KINDS]);
 
+/* Fills in what the sensors' rays meet first. (pipeline_hits.c) */
+PM_MUST_USE pm_status pm_run_first_hits(pm_run *run, const pm_scene *scene);
+
 /* Adds passes until a stop is met, and writes the curve. (pipeline_passes.c) */
 PM_MUST_USE pm_status pm_run_passes(pm_run *run, pm_accumulation *accumulation,
                                     pm_photon_map *const maps[PM_MAP_KINDS]);

@@ -321,6 +321,16 @@ const pm_field pm_fields_job[] = {
      .doc = "Of trace: irradiance [W/m^2] on the sensor's front side, or radiance "
             "[W/(m^2 sr)] from its direction.",
      .choices = quantities},
+    {.name = "fields",
+     .type = PM_FIELD_TEXT,
+     .low = 1,
+     .high = 32,
+     .unit = "letters",
+     .doc =
+         "Of trace: what else is said of each sensor, in columns behind its value and error, "
+         "by rtrace's letters: o origin, d direction; of what the ray meets first L its "
+         "distance, p the point, n the normal, N without textures, c coordinates of meshes, "
+         "s name of the surface, m of its modifier, M of its material."},
     {.name = "passes",
      .type = PM_FIELD_INTEGER,
      .low = 1,

@@ -174,6 +174,7 @@ static const struct {
     {"pa", RENDER},
     {"points", TRACE},
     {"quantity", TRACE},
+    {"fields", TRACE},
     {"passes", RENDER | TRACE},
     {"time", RENDER | TRACE},
     {"error", RENDER | TRACE},
@@ -239,6 +240,10 @@ static pm_status read_trace(pm_request *out, pm_error *err)
     out->has_points = pm_digest_parse(points, &out->points);
     const char *quantity = pm_json_get_text(out->json, "quantity", "irradiance");
     out->job.quantity = strcmp(quantity, "radiance") ? PM_IRRADIANCE : PM_RADIANCE;
+    out->fields = pm_json_get_text(out->json, "fields", "");
+    if (strspn(out->fields, PM_TRACE_FIELDS) != strlen(out->fields))
+        return refuse(err, "fields", "has a letter that is none of " PM_TRACE_FIELDS);
+    out->job.first_hits = *out->fields;
     return PM_OK;
 }
 

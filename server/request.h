@@ -20,6 +20,8 @@ typedef enum pm_format {
 
 const char *pm_format_name(pm_format format); /* "exr" */
 
+#define PM_TRACE_FIELDS "odLpnNcsmM"
+
 typedef struct pm_request {
     pm_json *json;  /* owns every text below, */
     pm_arena arena; /* and this the lists of them */
@@ -29,7 +31,8 @@ typedef struct pm_request {
     pm_digest points;
     bool has_map_file[PM_MAP_KINDS];
     pm_digest map_file[PM_MAP_KINDS];
-    unsigned formats; /* bits 1 << pm_format, of render */
+    const char *fields; /* of trace: letters out of PM_TRACE_FIELDS, maybe none */
+    unsigned formats;   /* bits 1 << pm_format, of render */
 } pm_request;
 
 /* Checks a body against the table of fields and the rules between members; the error's `file`

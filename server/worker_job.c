@@ -405,27 +405,70 @@ static pm_status send_pictures(struct worker *worker, const pm_answer *answer, u
     return st;
 }
 
-/* A line a sensor: r g b and the half-widths of their 95 % intervals. Nine digits give a float
- * back exactly. */
-static pm_status send_values(struct worker *worker, const pm_answer *answer)
+static void put_vector(pm_bytes *out, pm_vec3 v)
+{
+    pm_bytes_format(out, "\t%.12g\t%.12g\t%.12g", v.x, v.y, v.z);
+}
+
+/* One of rtrace's columns. Where nothing is met the distance is 1e10, as in Radiance. */
+static void put_field(pm_bytes *out, char letter, const pm_sensor *sensor,
+                      const pm_first_hit *hit, const pm_hit_names *names)
+{
+    switch (letter) {
+    case 'o':
+        put_vector(out, sensor->point);
+        break;
+    case 'd':
+        put_vector(out, pm_view_unit(sensor->normal));
+        break;
+    case 'L':
+        pm_bytes_format(out, "\t%.12g", hit->met ? hit->distance : 1e10);
+        break;
+    case 'p':
+        put_vector(out, hit->point);
+        break;
+    case 'n':
+        put_vector(out, hit->normal);
+        break;
+    case 'N':
+        put_vector(out, hit->geometric_normal);
+        break;
+    case 'c':
+        pm_bytes_format(out, "\t%.12g\t%.12g", hit->u, hit->v);
+        break;
+    default:
+        pm_bytes_format(out, "\t%s",
+                        letter == 's'   ? names->surface
+                        : letter == 'm' ? names->modifier
+                                        : names->material);
+    }
+}
+
+/* A line a sensor: r g b and the half-widths of their 95 % intervals, then the fields. Nine
+ * digits give a float back exactly. */
+static pm_status send_values(struct worker *worker, const pm_answer *answer, const char *fields)
 {
     pm_bytes bytes = {0};
     for (size_t i = 0; i < worker->job.sensor_count; i++) {
         const float *v = &answer->values[3 * i], *w = &answer->half_widths[3 * i];
-        pm_bytes_format(&bytes, "%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\n", (double)v[0],
+        pm_bytes_format(&bytes, "%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g", (double)v[0],
                         (double)v[1], (double)v[2], (double)w[0], (double)w[1], (double)w[2]);
+        for (const char *letter = fields; *letter; letter++)
+            put_field(&bytes, *letter, &worker->job.sensors[i], &answer->hits[i],
+                      &answer->hit_names[i]);
+        pm_bytes_u8(&bytes, '\n');
     }
     return send_result(worker, &bytes, "values.txt", "txt");
 }
 
-static pm_status send_results(struct worker *worker, const pm_answer *answer, unsigned formats,
-                              pm_error *err)
+static pm_status send_results(struct worker *worker, const pm_answer *answer,
+                              const pm_request *request, pm_error *err)
 {
     switch (worker->job.kind) {
     case PM_JOB_RENDER:
-        return send_pictures(worker, answer, formats, err);
+        return send_pictures(worker, answer, request->formats, err);
     case PM_JOB_TRACE:
-        return send_values(worker, answer);
+        return send_values(worker, answer, request->fields);
     case PM_JOB_MAP:
         return end_maps(worker, err);
     case PM_JOB_CHECK:
@@ -468,7 +511,7 @@ static pm_status run(struct worker *worker, const struct input *in, pm_error *er
     pm_status st = pm_job_run(&worker->job, in->bundle, &own, &answer, err);
     if (st)
         return st;
-    st = send_results(worker, &answer, in->request.formats, err);
+    st = send_results(worker, &answer, &in->request, err);
     if (!st)
         st = send_done(worker, &answer, err);
     pm_answer_clear(&answer);

@@ -214,7 +214,8 @@ static pm_status make_instance(const struct maker *m, const struct pm_body *b,
     *out = (struct pm_instance){.origin = pm_vec3_scale(middle, 1 / b->scale),
                                 .unit = t.scale * (placed->scale / b->scale),
                                 .body = placed,
-                                .material = material_of(m, p->modifier)};
+                                .material = material_of(m, p->modifier),
+                                .primitive = (uint32_t)(p - m->scene->primitives)};
     for (int i = 0; i < 3; i++)
         out->axis[i] = pm_vec3_make(t.turn[i][0] / t.scale, t.turn[i][1] / t.scale,
                                     t.turn[i][2] / t.scale);

@@ -24,9 +24,10 @@ struct pm_instance {
     pm_vec3 origin;  /* the middle of its cube */
     double unit;     /* its unit of length */
     const struct pm_body *body;
-    uint32_t material; /* of all that it holds; PM_NO_PRIMITIVE: their own */
-    uint32_t modifier; /* likewise (selection.h); says nothing where `material` does not */
-    uint32_t first;    /* number of its first surface */
+    uint32_t material;  /* of all that it holds; PM_NO_PRIMITIVE: their own */
+    uint32_t modifier;  /* likewise (selection.h); says nothing where `material` does not */
+    uint32_t primitive; /* of the scene that it was made from: for messages and names alone */
+    uint32_t first;     /* number of its first surface */
 };
 
 /* A mesh's triangles have no pm_shape each. */

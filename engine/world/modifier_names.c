@@ -83,9 +83,11 @@ static bool keep_chain(pm_world *world, const pm_scene *scene, const char **copi
                        const struct pm_modifier_key *key, struct pm_modifier_chain *out)
 {
     const char *names[PM_MODIFIERS_MAX];
-    uint32_t length = 0;
+    uint32_t length = 0, material = 0;
     for (int32_t i = key->modifier; i != PM_VOID && length < PM_MODIFIERS_MAX;
          i = scene->primitives[i].modifier) {
+        if (i == scene->primitives[key->modifier].material)
+            material = length;
         names[length] = copy_name(world, copies, &scene->primitives[i], i);
         if (!names[length++])
             return false;
@@ -98,6 +100,7 @@ static bool keep_chain(pm_world *world, const pm_scene *scene, const char **copi
     *out = (struct pm_modifier_chain){
         .name = alias ? pm_arena_text(&world->arena, key->name, strlen(key->name)) : names[0],
         .length = length,
+        .material = material,
         .names = kept};
     return out->name;
 }

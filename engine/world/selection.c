@@ -136,3 +136,32 @@ bool pm_selection_has(const pm_selection *selection, const pm_world *world, uint
     return place.material == PM_NO_PRIMITIVE ? has_own(selection, place.body, place.local)
                                              : selection->is_chosen[place.modifier];
 }
+
+/* ---- what surfaces are called ---- */
+
+static pm_surface_names names_of(const pm_world *world, uint32_t modifier, uint32_t primitive)
+{
+    if (modifier == PM_NO_PRIMITIVE)
+        return (pm_surface_names){"void", "void", primitive};
+    const struct pm_modifier_chain *chain = &world->modifiers.chains[modifier];
+    const char *material = chain->length ? chain->names[chain->material] : "void";
+    return (pm_surface_names){chain->name, material, primitive};
+}
+
+pm_surface_names pm_world_surface_names(const pm_world *world, uint32_t surface)
+{
+    struct pm_place place;
+    pm_place_find(world->main, surface, &place);
+    const struct pm_instance *innermost = place.depth ? place.chain[place.depth - 1] : NULL;
+    if (place.material != PM_NO_PRIMITIVE) {
+        int i = 0;
+        while (place.chain[i]->material == PM_NO_PRIMITIVE)
+            i++;
+        return names_of(world, place.modifier, place.chain[i]->primitive);
+    }
+    if (place.body->mesh.mesh)
+        return names_of(world, pm_mesh_body_modifier(&place.body->mesh, place.local),
+                        innermost->primitive);
+    const struct pm_shape *shape = &place.body->shapes[place.local];
+    return names_of(world, shape->modifier, shape->primitive);
+}

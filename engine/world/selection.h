@@ -25,4 +25,16 @@ void pm_selection_clear(pm_selection *selection);
 /* Whether it chooses the surface. */
 bool pm_selection_has(const pm_selection *selection, const pm_world *world, uint32_t surface);
 
+/* ---- what surfaces are called ---- */
+
+typedef struct pm_surface_names {
+    const char *modifier; /* as the surface, or the instance that replaces it, says it */
+    const char *material; /* at the end of the chain; "void" if there is none */
+    uint32_t primitive; /* of the scene that was compiled: the surface's own, a mesh's, or that
+                           of the instance whose modifier replaces the surface's */
+} pm_surface_names;
+
+/* Texts live as long as the world. Test: surfaces_are_called_as_in_the_file. */
+pm_surface_names pm_world_surface_names(const pm_world *world, uint32_t surface);
+
 #endif

@@ -47,7 +47,8 @@ struct pm_modifier_names {
     size_t count;
     struct pm_modifier_chain {
         const char *name;         /* as the surface says it: that of an alias, too */
-        uint32_t length;          /* of the chain from there to its material */
+        uint32_t length;          /* of the chain from there on */
+        uint32_t material;        /* where in it the material stands; 0 if there is none */
         const char *const *names; /* [length] of the primitives in it */
     } * chains;                   /* [count] */
 };

@@ -79,6 +79,19 @@ awk '{ if (!($1 > 0)) exit 1 }' values.txt || fail "trace: dark points"
 "$pm" trace box.rad --passes 8 -n 1 <points.txt | cmp - values.txt || fail "threads change values"
 "$pm" trace box.rad --passes 8 --errors <points.txt | awk 'NF != 6 {exit 1}' || fail "--errors"
 "$pm" rtrace -I -h -ab -1 -apg box.gpm 50 box.rad <points.txt | awk 'NF != 3 {exit 1}' || fail "rtrace"
+
+# Columns and formats of rtrace.
+printf '%s\n' '0 0 1.5 0 0 -1' '0 0 1.5 0 0 1' >rays.txt
+"$pm" rtrace -h -oLsmv -ab 0 --passes 2 box.rad <rays.txt | awk 'NF != 6 {exit 1}' || fail "rtrace -oLsmv"
+zero='\000\000\000\000\000\000\000\000'
+# shellcheck disable=SC2059 # the doubles 0 0 1.5 0 0 -1
+printf "$zero$zero\\000\\000\\000\\000\\000\\000\\370\\077$zero$zero\\000\\000\\000\\000\\000\\000\\360\\277" >rays.double
+"$pm" rtrace -h -fdf -oovd -ab 0 --passes 2 box.rad <rays.double | od -A n -v -w36 -t f4 >values.float
+awk 'NF != 9 || $1 != 0 || $3 != 1.5 || $9 != -1 {exit 1}' values.float || fail "rtrace -fdf: $(cat values.float)"
+"$pm" rtrace -fac -x 2 -y 1 -ab 0 --passes 2 box.rad <rays.txt >values.hdr
+grep -aq '^-Y 1 +X 2$' values.hdr || fail "rtrace -x -y: no picture"
+"$pm" rtrace -fac -x 2 -y 2 -ab 0 --passes 2 box.rad <rays.txt >values.hdr 2>err.txt && fail "three values too few were accepted"
+grep -q "4 values, but there are 2 points" err.txt || fail "count of values: $(cat err.txt)"
 "$pm" rtrace -I -apg box.gpm box.rad <points.txt | head -1 | grep -q '^#?RADIANCE' || fail "header"
 
 # Without a glass ball there is no caustic map, and that is an answer.

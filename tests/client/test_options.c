@@ -191,6 +191,9 @@ static void refused_options_say_why(void **state)
         {PM_VERB_RENDER, "a.rad --error 200%", "--error 200%"},
         {PM_VERB_RENDER, "a.rad -ab 1.5", "-ab 1.5"},
         {PM_VERB_RENDER, "a.rad -vtx", "-vtx"},
+        {PM_VERB_RTRACE, "a.rad -fc", "-fc"},
+        {PM_VERB_RTRACE, "a.rad -fadd", "-fadd"},
+        {PM_VERB_RTRACE, "a.rad -otV", "no ray tree"},
         {PM_VERB_RENDER, "a.rad --vf /nonexistent/view.vf", "/nonexistent/view.vf"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
@@ -217,7 +220,8 @@ static void every_option_of_radiance_is_refused_with_a_reason(void **state)
         {PM_VERB_RPICT, "-api -apI -aps -apS -ld"},
         {PM_VERB_RPICT, "-ae -ai -aE -aI -am -ac -aC -ms -i -i+ -u -u- -lr"},
         {PM_VERB_RPICT, "-lw -S -o -r -ro -z -P -PP -defaults -apd -app"},
-        {PM_VERB_RTRACE, "-f -ff -fda -fac -o -oW -ov~TmW -te -ti -tE -tI -i -u -x -y"},
+        {PM_VERB_RTRACE, "-f -fa8 -o -oW -ov~TmW -te -ti -tE -tI -i -u"},
+        {PM_VERB_TRACE, "-x -y -ff -op"},
         {PM_VERB_RTRACE, "-dj -ds -dt -dc -dr -dp -dv -ss -st -av -aw -ar -aa -ad"},
         {PM_VERB_RTRACE, "-as -af -ae -ai -aE -aI -am -ac -aC -ms -lr -lw"},
         {PM_VERB_RTRACE, "-ld -ld+ -ld- -P -PP"},

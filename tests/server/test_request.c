@@ -118,6 +118,8 @@ static void contradictions_name_their_member(void **state)
                    "volume");
     assert_refused(HEAD "\"trace\"}", "points");
     assert_refused(HEAD "\"render\", \"view\": {\"vd\": [0, 0, 0]}}", "view");
+    assert_refused(HEAD "\"render\", \"view\": {}, \"fields\": \"L\"}", "fields");
+    assert_refused(HEAD "\"trace\", \"points\": \"" ID "\", \"fields\": \"Lt\"}", "fields");
     assert_refused(HEAD "\"render\", \"view\": \"-vtx\"}", "view");
     assert_refused(HEAD "\"render\", \"view\": {\"vh\": 180}}", "view");
     assert_refused(HEAD "\"render\", \"view\": {\"vt\": \"h\", \"vh\": 181}}", "view");

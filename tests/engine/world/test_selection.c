@@ -134,6 +134,24 @@ static void surfaces_of_instances_are_chosen(void **state)
     pm_world_free(world);
 }
 
+/* As rtrace -osmM prints them. */
+static void surfaces_are_called_as_in_the_file(void **state)
+{
+    (void)state;
+    pm_scene *scene = scene_of(three_walls);
+    pm_world *world = NULL;
+    assert_int_equal(pm_world_compile(scene, &world, NULL), PM_OK);
+    pm_surface_names middle = pm_world_surface_names(world, below(world, 1.5));
+    assert_string_equal(scene->primitives[middle.primitive].name, "middle");
+    assert_string_equal(middle.modifier, "pane");
+    assert_string_equal(middle.material, "red");
+    pm_surface_names high = pm_world_surface_names(world, below(world, 2.5));
+    assert_string_equal(high.modifier, "grey");
+    assert_string_equal(high.material, "grey");
+    pm_world_free(world);
+    pm_scene_free(scene);
+}
+
 static void no_names_choose_nothing(void **state)
 {
     (void)state;
@@ -152,6 +170,7 @@ int main(void)
         cmocka_unit_test(unknown_names_are_refused_with_the_known_ones),
         cmocka_unit_test(digests_are_by_what_is_chosen),
         cmocka_unit_test(surfaces_of_instances_are_chosen),
+        cmocka_unit_test(surfaces_are_called_as_in_the_file),
         cmocka_unit_test(no_names_choose_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
