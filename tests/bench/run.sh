@@ -1,10 +1,10 @@
 #!/bin/sh
-# Prints the tables of the benchmarks named: sh tests/bench/run.sh forward lookup render language world
+# Prints the tables of the benchmarks named: sh tests/bench/run.sh forward build mkpmap lookup render language world
 # BUILD names another build tree than the release preset's.
 set -eu
 cd "$(dirname "$0")/../.."
 build=${BUILD:-build/release}
-[ $# -gt 0 ] || set -- forward build lookup render world language
+[ $# -gt 0 ] || set -- forward build mkpmap lookup render world language
 [ -f "$build/build.ninja" ] || cmake --preset release >/dev/null
 for name in "$@"; do
     [ -f "tests/bench/bench_$name.c" ] || {
