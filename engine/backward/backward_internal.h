@@ -172,7 +172,17 @@ void pm_lookup_surface(const struct pm_pass *pass, const struct pm_spot *spot,
  * the rest of a geometric distribution is the same distribution again. Test:
  * corners_and_edges_are_as_bright_as_they_are. */
 double pm_boundary_factor(const struct pm_pass *pass, const struct pm_spot *spot,
-                          pm_vec3 normal, double radius, struct pm_sampler *sampler);
+                          pm_vec3 normal, double radius, bool walls,
+                          struct pm_sampler *sampler);
+
+/* sight.c: photons behind a wall that stands on the surface do not count, nor does the part of
+ * the disc behind it, though the surface may go on there. pm_walls_near says whether there may
+ * be any; then pm_sees tells of a place, its normal on the photons' side. Test:
+ * nothing_comes_through_a_wall_without_thickness. */
+bool pm_walls_near(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
+                   double radius);
+bool pm_sees(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
+             pm_vec3 place, pm_vec3 place_normal);
 
 /* gather.c: the same by one gather ray, whose diffuse vertices are of kind `end`. */
 void pm_gather(const struct pm_pass *pass, const struct pm_spot *spot, pm_rgb throughput,

@@ -15,7 +15,7 @@ static const double off_plane = .6;
 /* Whether a photon could have been stored at a place of the disc: drawn evenly, looked for
  * along the normal. */
 static bool lands(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
-                  double radius, pm_rng *rng)
+                  double radius, bool walls, pm_rng *rng)
 {
     double distance = radius * sqrt(pm_rng_uniform(rng)), sine, cosine;
     pm_sincos(2 * PM_PI * pm_rng_uniform(rng), &sine, &cosine);
@@ -31,7 +31,7 @@ static bool lands(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec
             pm_vec3_dot(hit.normal, normal) < 0 ? pm_vec3_negate(hit.normal) : hit.normal;
         bool stores = hit.surface == spot->from || pm_surface_may_store(pass->world, &hit);
         if (stores && pm_photon_counts(spot->point, normal, hit.point, facing))
-            return true;
+            return !walls || pm_sees(pass, spot, normal, hit.point, facing);
         ray.origin = hit.point;
         ray.from = hit.surface;
         ray.t_max -= hit.t;
@@ -40,13 +40,13 @@ static bool lands(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec
 }
 
 double pm_boundary_factor(const struct pm_pass *pass, const struct pm_spot *spot,
-                          pm_vec3 normal, double radius, struct pm_sampler *sampler)
+                          pm_vec3 normal, double radius, bool walls, struct pm_sampler *sampler)
 {
     int trials = 0, successes = 0;
-    if (lands(pass, spot, normal, radius, &sampler->rng))
+    if (lands(pass, spot, normal, radius, walls, &sampler->rng))
         return 1;
     while (successes < SUCCESSES && trials < TRIALS_MAX) {
-        successes += lands(pass, spot, normal, radius, &sampler->rng);
+        successes += lands(pass, spot, normal, radius, walls, &sampler->rng);
         trials++;
     }
     return 1 + trials / fmax(successes, 1);

@@ -101,9 +101,23 @@ pm_status pm_pass_init(struct pm_pass *pass, const pm_world *world,
 
 /* ---- asking them ---- */
 
-static pm_rgb photon_weight(const void *surface, pm_vec3 wi)
+/* What photons are weighed by. */
+struct weighing {
+    const struct pm_pass *pass;
+    const struct pm_spot *spot;
+    pm_vec3 normal;
+    bool uniform, walls;
+};
+
+static pm_rgb photon_weight(const void *context, const pm_photon *photon)
 {
-    return pm_surface_photon_weight(surface, wi);
+    const struct weighing *w = context;
+    if (w->walls && !pm_sees(w->pass, w->spot, w->normal, pm_photon_position(photon),
+                             pm_photon_normal(photon)))
+        return pm_rgb_grey(0);
+    if (w->uniform)
+        return pm_rgb_grey(1);
+    return pm_surface_photon_weight(w->spot->surface, pm_photon_direction(photon));
 }
 
 /* `weight` NULL: 1 */
@@ -118,6 +132,20 @@ static pm_estimate ask(const struct pm_lookup *lookup, pm_vec3 point, pm_vec3 no
                                      weight);
     return pm_photon_map_nearest(lookup->map, point, normal, lookup->gather_count, INFINITY,
                                  lookup->filter, weight);
+}
+
+/* What a look-up of the photons on one side finds; near walls twice: how far it reaches, then
+ * what of it is in sight. */
+static pm_estimate look_up(const struct pm_lookup *lookup, struct weighing *weighing)
+{
+    const pm_photon_weight each = {photon_weight, weighing};
+    const struct pm_spot *spot = weighing->spot;
+    weighing->walls = false;
+    pm_estimate estimate =
+        ask(lookup, spot->point, weighing->normal, weighing->uniform ? NULL : &each);
+    weighing->walls = estimate.count &&
+                      pm_walls_near(weighing->pass, spot, weighing->normal, estimate.radius);
+    return weighing->walls ? ask(lookup, spot->point, weighing->normal, &each) : estimate;
 }
 
 /* The share of an estimate's variance that all passes have in common. At the eye's vertex they
@@ -140,22 +168,22 @@ static void add_side(const struct pm_pass *pass, const struct pm_spot *spot, uns
                      struct pm_value *value)
 {
     const struct pm_vertex_rule *rule = &pass->rules[vertex];
-    const pm_photon_weight each = {photon_weight, spot->surface};
+    struct weighing weighing = {.pass = pass, .spot = spot};
     pm_vec3 normal = spot->surface->normal;
-    bool uniform;
     pm_rgb weight;
-    if (!pm_surface_photons(spot->surface, side, &uniform, &weight))
+    if (!pm_surface_photons(spot->surface, side, &weighing.uniform, &weight))
         return;
-    weight = uniform ? pm_rgb_mul(throughput, weight) : throughput;
+    weight = weighing.uniform ? pm_rgb_mul(throughput, weight) : throughput;
     if (side == PM_SIDE_FAR)
         normal = pm_vec3_negate(normal);
+    weighing.normal = normal;
     for (int i = 0; i < rule->lookup_count; i++) {
-        pm_estimate estimate =
-            ask(&rule->lookups[i], spot->point, normal, uniform ? NULL : &each);
+        pm_estimate estimate = look_up(&rule->lookups[i], &weighing);
         if (!estimate.count)
             continue;
         double share = common_share(pass, &rule->lookups[i], &estimate, vertex);
-        double edges = pm_boundary_factor(pass, spot, normal, estimate.radius, sampler);
+        double edges =
+            pm_boundary_factor(pass, spot, normal, estimate.radius, weighing.walls, sampler);
         pm_rgb here = pm_rgb_scale(weight, edges);
         pm_rgb variance = pm_rgb_mul(pm_rgb_mul(here, here), estimate.variance);
         value->radiance = pm_rgb_add(value->radiance, pm_rgb_mul(here, estimate.irradiance));

@@ -32,8 +32,7 @@ static void take_up_to(const struct found *f, uint32_t k, pm_flux_sum *sums)
         pm_photon_map_photon(f->map, f->ranked->index[sums->count], &photon);
         pm_rgb flux = pm_photon_flux(&photon);
         if (f->weight)
-            flux = pm_rgb_mul(flux,
-                              f->weight->of(f->weight->context, pm_photon_direction(&photon)));
+            flux = pm_rgb_mul(flux, f->weight->of(f->weight->context, &photon));
         sums->sum = pm_rgb_add(sums->sum, flux);
         sums->square = pm_rgb_add(sums->square, pm_rgb_mul(flux, flux));
     }

@@ -216,11 +216,12 @@ double pm_density_find(pm_search *search, uint32_t gather_count, double max_radi
 
 /* ---- in a medium ---- */
 
-pm_rgb pm_density_phase(const void *context, pm_vec3 wi)
+pm_rgb pm_density_phase(const void *context, const pm_photon *photon)
 {
     const pm_phase_towards *phase = context;
     /* the photon came from wi, so it was going the other way */
-    return pm_rgb_grey(pm_phase(phase->g, -pm_vec3_dot(wi, phase->direction)));
+    return pm_rgb_grey(
+        pm_phase(phase->g, -pm_vec3_dot(pm_photon_direction(photon), phase->direction)));
 }
 
 pm_estimate pm_photon_map_volume(const pm_photon_map *map, pm_vec3 point, pm_vec3 direction,

@@ -23,6 +23,6 @@ typedef struct pm_phase_towards {
     double g;
 } pm_phase_towards;
 
-pm_rgb pm_density_phase(const void *towards, pm_vec3 wi);
+pm_rgb pm_density_phase(const void *towards, const pm_photon *photon);
 
 #endif

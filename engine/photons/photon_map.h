@@ -91,10 +91,9 @@ typedef enum pm_photon_filter {
     PM_PHOTONS_SPECULAR,
 } pm_photon_filter;
 
-/* What each photon's flux is multiplied by, from the unit direction it came from (away from the
- * surface). */
+/* What each photon's flux is multiplied by. */
 typedef struct pm_photon_weight {
-    pm_rgb (*of)(const void *context, pm_vec3 wi);
+    pm_rgb (*of)(const void *context, const pm_photon *photon);
     const void *context;
 } pm_photon_weight;
 

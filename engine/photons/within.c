@@ -11,7 +11,7 @@ static void add_weighted(const pm_photon_map *map, size_t i, const pm_photon_wei
     pm_photon_map_photon(map, i, &photon);
     pm_rgb v = pm_photon_flux(&photon);
     if (weight)
-        v = pm_rgb_mul(v, weight->of(weight->context, pm_photon_direction(&photon)));
+        v = pm_rgb_mul(v, weight->of(weight->context, &photon));
     out->sum = pm_rgb_add(out->sum, v);
     out->square = pm_rgb_add(out->square, pm_rgb_mul(v, v));
     out->count++;

@@ -166,3 +166,9 @@ bool pm_surface_may_store(const pm_world *world, const pm_hit *hit)
 {
     return pm_material_is_diffuse(&world->materials[hit->material]);
 }
+
+bool pm_surface_blocks(const pm_world *world, const pm_hit *hit)
+{
+    const struct pm_material *m = &world->materials[hit->material];
+    return !m->straight && m->type != PM_MIST;
+}

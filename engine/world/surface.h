@@ -210,4 +210,7 @@ bool pm_surface_is_hidden(const pm_world *world, const pm_hit *hit, const pm_med
 /* Whether the material of a hit has a diffuse part anywhere, so that photons may lie there. */
 bool pm_surface_may_store(const pm_world *world, const pm_hit *hit);
 
+/* Whether its material lets no light straight through, and bounds no mist. */
+bool pm_surface_blocks(const pm_world *world, const pm_hit *hit);
+
 #endif

@@ -79,18 +79,18 @@ static void overlapping_mists_have_the_references_light(void **state)
 static void lights_in_mist_have_the_references_light(void **state)
 {
     (void)state;
-    expect_reference(
-        "lamps in mist",
-        FLOOR "void light bright 0 0 3 9 8 7  bright sphere bulb 0 0 4 -.5 0 .8 .1\n"
-              "bright polygon tube 0 0 12 .3 -.2 1.2 .3 .2 1.2 .7 .2 1.2 .7 -.2 1.2\n"
-              "void mist fog 0 0 7 1.5 .9 .4 .9 .6 .3 .3\n"
-              "fog polygon low 0 0 12 -1 -1 .3 -1 1 .3 1 1 .3 1 -1 .3\n"
-              "fog polygon top 0 0 12 -1 -1 1.2 1 -1 1.2 1 1 1.2 -1 1 1.2\n"
-              "fog polygon south 0 0 12 -1 -1 .3 1 -1 .3 1 -1 1.2 -1 -1 1.2\n"
-              "fog polygon north 0 0 12 -1 1 .3 -1 1 1.2 1 1 1.2 1 1 .3\n"
-              "fog polygon west 0 0 12 -1 -1 .3 -1 -1 1.2 -1 1 1.2 -1 1 .3\n"
-              "fog polygon east 0 0 12 1 -1 .3 1 1 .3 1 1 1.2 1 -1 1.2\n",
-        discs, 3, SAMPLES);
+    expect_reference("lamps in mist",
+                     FLOOR
+                     "void light bright 0 0 3 9 8 7  bright sphere bulb 0 0 4 -.5 0 .8 .1\n"
+                     "bright polygon tube 0 0 12 .3 -.2 1.2 .3 .2 1.2 .7 .2 1.2 .7 -.2 1.2\n"
+                     "void mist fog 0 0 7 1.5 .9 .4 .9 .6 .3 .3\n"
+                     "fog polygon low 0 0 12 -1 -1 .3 -1 1 .3 1 1 .3 1 -1 .3\n"
+                     "fog polygon top 0 0 12 -1 -1 1.2 1 -1 1.2 1 1 1.2 -1 1 1.2\n"
+                     "fog polygon south 0 0 12 -1 -1 .3 1 -1 .3 1 -1 1.2 -1 -1 1.2\n"
+                     "fog polygon north 0 0 12 -1 1 .3 -1 1 1.2 1 1 1.2 1 1 .3\n"
+                     "fog polygon west 0 0 12 -1 -1 .3 -1 -1 1.2 -1 1 1.2 -1 1 .3\n"
+                     "fog polygon east 0 0 12 1 -1 .3 1 1 .3 1 1 1.2 1 -1 1.2\n",
+                     discs, 3, SAMPLES);
 }
 
 /* A lamp within glass, that in mist; a ball of mist within another ball of glass. */

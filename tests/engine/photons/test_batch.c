@@ -19,9 +19,10 @@ struct answers {
     size_t closest[QUERIES];
 };
 
-static pm_rgb from_above(const void *context, pm_vec3 wi)
+static pm_rgb from_above(const void *context, const pm_photon *photon)
 {
     (void)context;
+    pm_vec3 wi = pm_photon_direction(photon);
     return pm_rgb_grey(wi.z * wi.z);
 }
 
