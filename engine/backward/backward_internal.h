@@ -12,9 +12,9 @@
 /* What the files of this folder share. Nothing outside it includes this header.
  *
  * Reading order: camera.c (a pixel's ray) -> walk.c (from vertex to vertex) -> at each vertex
- * direct.c (next event), lookup.c (photon maps), gather.c (final gather), inscatter.c (media on
- * the way) -> sensor.c (walks for a sensor) -> pass.c (all pixels once) -> accumulate.c,
- * interval.c (sums, errors). */
+ * direct.c (next event), lookup.c, queue.c (photon maps), gather.c (final gather), inscatter.c
+ * (media on the way) -> sensor.c (walks for a sensor) -> pass.c (all pixels once) ->
+ * accumulate.c, interval.c (sums, errors). */
 
 /* ---- samples ---- */
 
@@ -23,7 +23,10 @@
 struct pm_sampler {
     uint32_t index, scramble; /* of the Sobol sequence */
     unsigned used;            /* bit (1 << use) set once its Sobol numbers are handed out */
+    uint32_t lookups;         /* asked so far; each has numbers of its own */
     pm_rng rng;
+    struct pm_queue *queue; /* for look-ups that may wait; NULL: none may */
+    uint32_t slot;          /* of the sample's value there */
 };
 
 enum pm_sample_use {
@@ -164,6 +167,45 @@ void pm_lookup_surface(const struct pm_pass *pass, const struct pm_spot *spot,
                        pm_rgb throughput, enum pm_vertex vertex, struct pm_sampler *sampler,
                        struct pm_value *value);
 
+/* ---- queue.c: look-ups of neighbouring samples wait for each other, as a batch is faster ----
+ *
+ * A value's light from them is summed by itself and in the order of asking, so that the bytes
+ * depend neither on what else waits nor on when it is answered. */
+
+enum {
+    PM_QUEUE_VALUES = 256, /* samples that may share a queue */
+    PM_QUEUE_MAX = 256,    /* look-ups that wait */
+};
+
+/* A look-up, and what becomes of its answer. */
+struct pm_waiting {
+    const struct pm_lookup *lookup;
+    struct pm_spot spot; /* of one that waits point and from alone */
+    pm_vec3 normal;      /* on the side asked */
+    enum pm_vertex vertex;
+    bool far;      /* asks for the far side of the surface */
+    bool uniform;  /* photons of all directions count the same */
+    pm_rgb weight; /* of the estimate */
+    pm_rng rng;    /* for its boundary factor */
+};
+
+struct pm_queue {
+    struct pm_value values[PM_QUEUE_VALUES]; /* so far */
+    size_t count;
+    struct pm_waiting waiting[PM_QUEUE_MAX];
+    uint32_t slot[PM_QUEUE_MAX];
+};
+
+void pm_queue_start(struct pm_queue *queue, size_t values);
+void pm_queue_add(const struct pm_pass *pass, struct pm_queue *queue,
+                  const struct pm_waiting *waiting, uint32_t slot);
+/* Answers all that wait. */
+void pm_queue_finish(const struct pm_pass *pass, struct pm_queue *queue);
+
+/* lookup.c: adds an estimate to a value; near walls, what of it is in sight. */
+void pm_lookup_add(const struct pm_pass *pass, struct pm_waiting *waiting,
+                   const pm_estimate *estimate, struct pm_value *value);
+
 /* boundary.c: an estimate from the disc of a radius divides by the disc's area, though a part
  * of it may lie beyond the surface's edges, where no photon can be. The number of places that
  * are drawn from the disc until one lies on the surface has the mean disc / surface, so that
@@ -172,8 +214,7 @@ void pm_lookup_surface(const struct pm_pass *pass, const struct pm_spot *spot,
  * the rest of a geometric distribution is the same distribution again. Test:
  * corners_and_edges_are_as_bright_as_they_are. */
 double pm_boundary_factor(const struct pm_pass *pass, const struct pm_spot *spot,
-                          pm_vec3 normal, double radius, bool walls,
-                          struct pm_sampler *sampler);
+                          pm_vec3 normal, double radius, bool walls, pm_rng *rng);
 
 /* sight.c: photons behind a wall that stands on the surface do not count, nor does the part of
  * the disc behind it, though the surface may go on there. pm_walls_near says whether there may

@@ -40,13 +40,13 @@ static bool lands(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec
 }
 
 double pm_boundary_factor(const struct pm_pass *pass, const struct pm_spot *spot,
-                          pm_vec3 normal, double radius, bool walls, struct pm_sampler *sampler)
+                          pm_vec3 normal, double radius, bool walls, pm_rng *rng)
 {
     int trials = 0, successes = 0;
-    if (lands(pass, spot, normal, radius, walls, &sampler->rng))
+    if (lands(pass, spot, normal, radius, walls, rng))
         return 1;
     while (successes < SUCCESSES && trials < TRIALS_MAX) {
-        successes += lands(pass, spot, normal, radius, walls, &sampler->rng);
+        successes += lands(pass, spot, normal, radius, walls, rng);
         trials++;
     }
     return 1 + trials / fmax(successes, 1);

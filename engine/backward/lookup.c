@@ -134,20 +134,6 @@ static pm_estimate ask(const struct pm_lookup *lookup, pm_vec3 point, pm_vec3 no
                                  lookup->filter, weight);
 }
 
-/* What a look-up of the photons on one side finds; near walls twice: how far it reaches, then
- * what of it is in sight. */
-static pm_estimate look_up(const struct pm_lookup *lookup, struct weighing *weighing)
-{
-    const pm_photon_weight each = {photon_weight, weighing};
-    const struct pm_spot *spot = weighing->spot;
-    weighing->walls = false;
-    pm_estimate estimate =
-        ask(lookup, spot->point, weighing->normal, weighing->uniform ? NULL : &each);
-    weighing->walls = estimate.count &&
-                      pm_walls_near(weighing->pass, spot, weighing->normal, estimate.radius);
-    return weighing->walls ? ask(lookup, spot->point, weighing->normal, &each) : estimate;
-}
-
 /* The share of an estimate's variance that all passes have in common. At the eye's vertex they
  * ask for the same photons. A gather ray asks elsewhere each time: the map holds about total /
  * count disjoint answers, and their mean is what all passes have in common; the rest shows as
@@ -162,32 +148,67 @@ static double common_share(const struct pm_pass *pass, const struct pm_lookup *l
     return (double)estimate->count / (double)pm_photon_map_count(lookup->map);
 }
 
+void pm_lookup_add(const struct pm_pass *pass, struct pm_waiting *waiting,
+                   const pm_estimate *first, struct pm_value *value)
+{
+    const struct pm_spot *spot = &waiting->spot;
+    pm_vec3 normal = waiting->normal;
+    pm_estimate estimate = *first;
+    if (!estimate.count)
+        return;
+    bool walls = pm_walls_near(pass, spot, normal, estimate.radius);
+    if (walls) { /* once more: what is in sight of all that */
+        const struct weighing weighing = {pass, spot, normal, waiting->uniform, true};
+        const pm_photon_weight each = {photon_weight, &weighing};
+        estimate = ask(waiting->lookup, spot->point, normal, &each);
+    }
+    double share = common_share(pass, waiting->lookup, &estimate, waiting->vertex);
+    double edges =
+        pm_boundary_factor(pass, spot, normal, estimate.radius, walls, &waiting->rng);
+    pm_rgb here = pm_rgb_scale(waiting->weight, edges);
+    pm_rgb variance = pm_rgb_mul(pm_rgb_mul(here, here), estimate.variance);
+    value->radiance = pm_rgb_add(value->radiance, pm_rgb_mul(here, estimate.irradiance));
+    value->variance = pm_rgb_madd(value->variance, share, variance);
+}
+
+static void ask_now(const struct pm_pass *pass, struct pm_waiting *waiting,
+                    struct pm_value *value)
+{
+    const struct pm_spot *spot = &waiting->spot;
+    const struct weighing weighing = {pass, spot, waiting->normal, waiting->uniform, false};
+    const pm_photon_weight each = {photon_weight, &weighing};
+    pm_estimate estimate =
+        ask(waiting->lookup, spot->point, waiting->normal, waiting->uniform ? NULL : &each);
+    pm_lookup_add(pass, waiting, &estimate, value);
+}
+
 /* The photons on one side. */
 static void add_side(const struct pm_pass *pass, const struct pm_spot *spot, unsigned side,
                      pm_rgb throughput, enum pm_vertex vertex, struct pm_sampler *sampler,
                      struct pm_value *value)
 {
     const struct pm_vertex_rule *rule = &pass->rules[vertex];
-    struct weighing weighing = {.pass = pass, .spot = spot};
     pm_vec3 normal = spot->surface->normal;
     pm_rgb weight;
-    if (!pm_surface_photons(spot->surface, side, &weighing.uniform, &weight))
+    bool uniform, far = side == PM_SIDE_FAR;
+    if (!pm_surface_photons(spot->surface, side, &uniform, &weight))
         return;
-    weight = weighing.uniform ? pm_rgb_mul(throughput, weight) : throughput;
-    if (side == PM_SIDE_FAR)
-        normal = pm_vec3_negate(normal);
-    weighing.normal = normal;
+    struct pm_waiting waiting = {
+        .spot = *spot,
+        .normal = far ? pm_vec3_negate(normal) : normal,
+        .vertex = vertex,
+        .far = far,
+        .uniform = uniform,
+        .weight = uniform ? pm_rgb_mul(throughput, weight) : throughput,
+        .rng = sampler->rng,
+    };
     for (int i = 0; i < rule->lookup_count; i++) {
-        pm_estimate estimate = look_up(&rule->lookups[i], &weighing);
-        if (!estimate.count)
-            continue;
-        double share = common_share(pass, &rule->lookups[i], &estimate, vertex);
-        double edges =
-            pm_boundary_factor(pass, spot, normal, estimate.radius, weighing.walls, sampler);
-        pm_rgb here = pm_rgb_scale(weight, edges);
-        pm_rgb variance = pm_rgb_mul(pm_rgb_mul(here, here), estimate.variance);
-        value->radiance = pm_rgb_add(value->radiance, pm_rgb_mul(here, estimate.irradiance));
-        value->variance = pm_rgb_madd(value->variance, share, variance);
+        waiting.lookup = &rule->lookups[i];
+        pm_rng_bounce(&waiting.rng, ++sampler->lookups);
+        if (sampler->queue && uniform && !waiting.lookup->range.most)
+            pm_queue_add(pass, sampler->queue, &waiting, sampler->slot);
+        else
+            ask_now(pass, &waiting, value);
     }
 }
 

@@ -20,6 +20,9 @@ void pm_sampler_init(struct pm_sampler *sampler, uint64_t seed, uint32_t pass, u
     sampler->scramble = pm_hash_u32(scramble, item);
     sampler->index = pass / PM_REPLICATES;
     sampler->used = 0;
+    sampler->lookups = 0;
+    sampler->queue = NULL;
+    sampler->slot = 0;
     pm_rng_init(&sampler->rng, seed, PM_RNG_CAMERA, (uint64_t)pass << 32 | item);
 }
 

@@ -35,7 +35,8 @@ static void measure(pm_vec3 point, double radius, double *mean, double *error)
     for (uint32_t i = 0; i < N; i++) {
         struct pm_sampler sampler;
         pm_sampler_init(&sampler, 5, 0, i);
-        double f = pm_boundary_factor(&pass, &spot, up, radius / info.scale, false, &sampler);
+        double f =
+            pm_boundary_factor(&pass, &spot, up, radius / info.scale, false, &sampler.rng);
         sum += f, square += f * f;
     }
     *mean = sum / N;
