@@ -125,6 +125,81 @@ void pm_selection_clear(pm_selection *selection)
     *selection = (pm_selection){0};
 }
 
+/* ---- lists ---- */
+
+struct listing {
+    const pm_selection *selection;
+    const pm_world *world;
+    size_t *totals; /* [body_count] of surfaces that are chosen in each body */
+    uint32_t *surfaces;
+    size_t count;
+};
+
+static size_t total_in(const struct listing *l, const struct pm_instance *instance)
+{
+    if (instance->material == PM_NO_PRIMITIVE)
+        return l->totals[instance->body - l->world->bodies];
+    return l->selection->is_chosen[instance->modifier] ? instance->body->count : 0;
+}
+
+/* Each body lies behind those that it places. */
+static void count_chosen(struct listing *l)
+{
+    for (size_t b = 0; b < l->world->body_count; b++) {
+        const struct pm_body *body = &l->world->bodies[b];
+        for (uint32_t i = 0; i < body->own_count; i++)
+            l->totals[b] += has_own(l->selection, body, i);
+        for (uint32_t i = 0; i < body->instance_count; i++)
+            l->totals[b] += total_in(l, &body->instances[i]);
+    }
+}
+
+/* Recursion is bounded by PM_INSTANCE_DEPTH. */
+static void list_body(struct listing *l, const struct pm_body *body, uint32_t base, bool all)
+{
+    for (uint32_t i = 0; i < body->own_count; i++)
+        if (all || has_own(l->selection, body, i))
+            l->surfaces[l->count++] = base + i;
+    for (uint32_t i = 0; i < body->instance_count; i++) {
+        const struct pm_instance *instance = &body->instances[i];
+        if (all || total_in(l, instance))
+            list_body(l, instance->body, base + instance->first,
+                      all || instance->material != PM_NO_PRIMITIVE);
+    }
+}
+
+pm_status pm_selection_list(const pm_selection *selection, const pm_world *world, size_t most,
+                            uint32_t **surfaces, size_t *count, pm_error *err)
+{
+    struct listing l = {.selection = selection, .world = world};
+    *surfaces = NULL;
+    *count = 0;
+    if (!selection->any)
+        return PM_OK;
+    l.totals = calloc(world->body_count, sizeof *l.totals);
+    size_t total = 0;
+    if (l.totals) {
+        count_chosen(&l);
+        total = l.totals[world->body_count - 1];
+    }
+    if (total <= most)
+        l.surfaces = malloc((total + 1) * sizeof *l.surfaces);
+    bool complete = l.totals && l.surfaces;
+    if (complete)
+        list_body(&l, world->main, 0, false);
+    free(l.totals);
+    if (total > most)
+        return pm_error_set(err, PM_E_LIMIT,
+                            "an option chooses %zu surfaces; at most %zu can be", total, most);
+    if (!complete) {
+        free(l.surfaces);
+        return pm_error_set(err, PM_E_MEMORY, "no memory for a choice of surfaces");
+    }
+    *surfaces = l.surfaces;
+    *count = l.count;
+    return PM_OK;
+}
+
 bool pm_selection_has(const pm_selection *selection, const pm_world *world, uint32_t surface)
 {
     if (!selection->any)

@@ -22,6 +22,12 @@ PM_MUST_USE pm_status pm_selection_make(const pm_world *world, const char *const
                                         pm_error *err);
 void pm_selection_clear(pm_selection *selection);
 
+/* Numbers of the chosen surfaces, ascending, those of instances included: at most `most`, which
+ * is what PM_E_LIMIT says else. To be freed. Test: chosen_surfaces_are_listed. */
+PM_MUST_USE pm_status pm_selection_list(const pm_selection *selection, const pm_world *world,
+                                        size_t most, uint32_t **surfaces, size_t *count,
+                                        pm_error *err);
+
 /* Whether it chooses the surface. */
 bool pm_selection_has(const pm_selection *selection, const pm_world *world, uint32_t surface);
 
