@@ -127,6 +127,32 @@ static bool put_names(pm_json *request, const char *member, const pm_names_optio
     return false;
 }
 
+static const char *side_word(unsigned sides)
+{
+    return sides == PM_PORT_FRONT ? "front" : sides == PM_PORT_BACK ? "back" : "both";
+}
+
+static bool put_ports(pm_json *request, const pm_options *options)
+{
+    if (!options->port_count)
+        return true;
+    pm_json *list = pm_json_pack("[]");
+    bool made = list;
+    for (size_t i = 0; i < options->port_count; i++)
+        made = made && pm_json_append(list, pm_json_pack("{s:s, s:s}", "modifier",
+                                                         options->ports[i].modifier, "side",
+                                                         side_word(options->ports[i].sides)));
+    if (options->direction_resolution > 0)
+        made = made && pm_json_put(request, "direction_resolution",
+                                   pm_json_pack("f", options->direction_resolution));
+    if (options->partition > 0)
+        made = made && pm_json_put(request, "partition", pm_json_pack("f", options->partition));
+    if (made)
+        return pm_json_put(request, "ports", list);
+    pm_json_free(list);
+    return false;
+}
+
 static pm_json *region_json(const pm_region *region)
 {
     const pm_vec3 *a = &region->low, *b = &region->high, *c = &region->center;
@@ -175,7 +201,8 @@ static bool put_forward(pm_json *request, const pm_options *options)
     if (options->max_length > 0)
         made =
             made && pm_json_put(request, "max_length", pm_json_pack("f", options->max_length));
-    return made && put_names(request, "sensors", &options->sensors) &&
+    return made && put_ports(request, options) &&
+           put_names(request, "sensors", &options->sensors) &&
            put_names(request, "exclude", &options->exclude) &&
            put_names(request, "include", &options->include) && put_regions(request, options);
 }

@@ -468,6 +468,69 @@ static pm_status take_name_file(struct words *words)
     return st;
 }
 
+/* -apo or -apo+: to the front; -apo-: to the back; -apo0: to both. */
+static unsigned sides_of(const struct words *words)
+{
+    switch (words->option[4]) {
+    case '-':
+        return PM_PORT_BACK;
+    case '0':
+        return PM_PORT_FRONT | PM_PORT_BACK;
+    default:
+        return PM_PORT_FRONT;
+    }
+}
+
+static pm_status take_port(struct words *words)
+{
+    pm_options *out = words->out;
+    const char *name = NULL;
+    pm_status st = take_text(words, "a modifier", &name);
+    if (st)
+        return st;
+    if (!*name)
+        return bad(words, "''", "the name of a modifier");
+    if (out->port_count == PM_NAMES_MAX)
+        return pm_error_set(words->err, PM_E_RANGE, "%s: at most %d modifiers", words->option,
+                            PM_NAMES_MAX);
+    out->ports[out->port_count++] = (pm_port_option){name, sides_of(words)};
+    return PM_OK;
+}
+
+static pm_status take_port_file(struct words *words)
+{
+    pm_options *out = words->out;
+    const char *path = NULL, *names[PM_NAMES_MAX];
+    size_t count = 0;
+    pm_status st = take_text(words, "a file of modifiers", &path);
+    if (st)
+        return st;
+    if (out->name_file_count == PM_NAME_FILES_MAX)
+        return pm_error_set(words->err, PM_E_RANGE, "%s: at most %d files of modifiers",
+                            words->option, PM_NAME_FILES_MAX);
+    st = pm_name_file_read(path, PM_NAMES_MAX - out->port_count, names, &count,
+                           &out->name_files[out->name_file_count], words->err);
+    if (st)
+        return st;
+    out->name_file_count++;
+    for (size_t i = 0; i < count; i++)
+        out->ports[out->port_count++] = (pm_port_option){names[i], sides_of(words)};
+    return PM_OK;
+}
+
+static pm_status take_port_tables(struct words *words)
+{
+    bool directions = words->option[2] == 'p';
+    double *out = directions ? &words->out->direction_resolution : &words->out->partition;
+    double low = directions ? 1 : PM_PARTITION_MIN, high = directions ? PM_DIRECTIONS_MAX : 1;
+    pm_status st = take_number(words, "a number", out);
+    if (st || (*out >= low && *out <= high))
+        return st;
+    char right[80];
+    snprintf(right, sizeof right, "%g to %g", low, high);
+    return bad(words, words->argv[words->at - 1], right);
+}
+
 /* -api x y z x y z | -apI x y z radius */
 static pm_status take_region(struct words *words)
 {
@@ -493,6 +556,10 @@ static pm_status take_region(struct words *words)
 static pm_status check_forward(const pm_options *read, pm_error *err)
 {
     pm_forward_options forward = pm_forward_defaults();
+    if (!read->port_count && (read->direction_resolution > 0 || read->partition > 0))
+        return pm_error_set(err, PM_E_RANGE,
+                            "%s: has no meaning without -apo: lamps are sampled exactly",
+                            read->partition > 0 ? "-ds" : "-dp");
     forward.exclude = (pm_name_list){read->exclude.names, read->exclude.count};
     forward.include = (pm_name_list){read->include.names, read->include.count};
     forward.regions = read->regions;
@@ -719,6 +786,21 @@ static const struct option options[] = {
     {"-lr", PM_VERB_MKPMAP, "N", "the same", TAKE(take_max_events)},
     {"-ld", TRACING, "LENGTH", "greatest length of a photon's path [scene units]",
      TAKE(take_max_length)},
+    {"-apo", TRACING, "MOD",
+     "surfaces of this modifier are ports: distant light enters through them alone, to their "
+     "front",
+     TAKE(take_port)},
+    {"-apo+", TRACING, "MOD", "the same", TAKE(take_port)},
+    {"-apo-", TRACING, "MOD", "ports from which light goes to their back", TAKE(take_port)},
+    {"-apo0", TRACING, "MOD", "ports from which light goes to both sides", TAKE(take_port)},
+    {"-apO", TRACING, "FILE", "ports for the modifiers in a file", TAKE(take_port_file)},
+    {"-apO+", TRACING, "FILE", "the same", TAKE(take_port_file)},
+    {"-apO-", TRACING, "FILE", "to their back", TAKE(take_port_file)},
+    {"-apO0", TRACING, "FILE", "to both sides", TAKE(take_port_file)},
+    {"-dp", TRACING, "N", "directions a steradian that a port's table tells apart (1000)",
+     TAKE(take_port_tables)},
+    {"-ds", TRACING, "SIZE", "of a port's patches, relative to the scene's cube (.01)",
+     TAKE(take_port_tables)},
     {"-aps", PM_VERB_MKPMAP, "MOD", "surfaces of this modifier store photons on their front",
      TAKE(take_name)},
     {"-apS", PM_VERB_MKPMAP, "FILE", "the same for the modifiers in a file",

@@ -98,13 +98,16 @@ typedef struct pm_options {
     uint32_t pass;
     double seconds, error;
     uint64_t seed;
-    uint32_t max_events;               /* 0: the server's default */
-    double max_length;                 /* -ld; 0: none */
-    pm_surroundings surroundings;      /* -me, -ma, -mg, -bv */
-    const char *messages;              /* -e: where messages go; NULL: standard error */
-    pm_names_option sensors;           /* -aps, -apS */
-    pm_names_option exclude, include;  /* -ae, -aE; -ai, -aI */
-    pm_region regions[PM_REGIONS_MAX]; /* -api, -apI */
+    uint32_t max_events;                /* 0: the server's default */
+    double max_length;                  /* -ld; 0: none */
+    pm_surroundings surroundings;       /* -me, -ma, -mg, -bv */
+    const char *messages;               /* -e: where messages go; NULL: standard error */
+    pm_port_option ports[PM_NAMES_MAX]; /* -apo, -apO */
+    size_t port_count;
+    double direction_resolution, partition; /* -dp, -ds; 0: the server's default */
+    pm_names_option sensors;                /* -aps, -apS */
+    pm_names_option exclude, include;       /* -ae, -aE; -ai, -aI */
+    pm_region regions[PM_REGIONS_MAX];      /* -api, -apI */
     size_t region_count;
     char *name_files[PM_NAME_FILES_MAX]; /* texts that names point into */
     size_t name_file_count;

@@ -7,12 +7,13 @@ enum {
     PICTURES = PM_VERB_RPICT | PM_VERB_RENDER,
     POINTS = PM_VERB_RTRACE | PM_VERB_TRACE,
     LOOKING = PICTURES | POINTS,
+    RADIANCE = PM_VERB_RPICT | PM_VERB_RTRACE,
     WORKING = LOOKING | PM_VERB_MKPMAP,
 };
 
 #define SWITCH "+-01yYnNtTfF" /* what may follow the name of a switch of Radiance */
 
-static const char not_yet_ports[] = "photon ports are not offered yet";
+static const char by_mkpmap[] = "photons come from map files; mkpmap says where they start";
 static const char not_yet_precomputed[] = "precomputed photons are not offered yet; use -apg";
 static const char by_map[] =
     "a picture would be dark where no photons are stored; mkpmap makes such maps";
@@ -49,8 +50,8 @@ static const struct {
     {WORKING, "-apC", "", "contribution maps are not offered"},
     {PM_VERB_MKPMAP, "-apD", "", no_prepass},
     {PM_VERB_MKPMAP, "-apM", "", no_prepass},
-    {PM_VERB_MKPMAP, "-apo", "+-0", not_yet_ports},
-    {PM_VERB_MKPMAP, "-apO", "", not_yet_ports},
+    {RADIANCE, "-apo", "+-0", by_mkpmap},
+    {RADIANCE, "-apO", "+-0", by_mkpmap},
     {LOOKING, "-am", "", "the search radius needs no bound here"},
     {LOOKING, "-ac", "", "the whole map is in memory; there are no pages to set"},
     {LOOKING, "-aC", "", "the whole map is in memory; there is no cache to set"},
@@ -70,14 +71,12 @@ static const struct {
     {LOOKING, "-aps", "", no_sensors},
     {LOOKING, "-apS", "", no_sensors},
     {LOOKING, "-dj", "", one_sample},
-    {LOOKING, "-ds", "", one_sample},
+    {RADIANCE, "-ds", "", one_sample},
     {LOOKING, "-dt", "", one_sample},
     {LOOKING, "-dc", "", one_sample},
-    {LOOKING, "-dp", "", one_sample},
+    {RADIANCE, "-dp", "", one_sample},
     {LOOKING, "-dr", "", "light over mirrors comes from virtual sources and photons, always"},
     {LOOKING, "-dv", SWITCH, "lamps are always visible here"},
-    {PM_VERB_MKPMAP, "-dp", "", "lamps are sampled exactly; there is no resolution to set"},
-    {PM_VERB_MKPMAP, "-ds", "", "lamps are sampled exactly; there are no partitions to set"},
     {LOOKING, "-ss", "", "specular light is sampled in every pass"},
     {LOOKING, "-st", "", "specular light is always sampled here, however weak"},
     {LOOKING, "-lr", "", roulette},

@@ -158,7 +158,6 @@ static pm_status next_batches(pm_run *run, uint64_t index,
 static pm_map_header header_of(const pm_run *run, pm_map_kind kind)
 {
     const pm_world_info *info = &run->answer->world;
-    pm_rgb emitted = pm_rgb_scale(info->power, 1 / (info->scale * info->scale));
     return (pm_map_header){.kind = kind,
                            .scene = run->answer->scene,
                            .family = pm_forward_family(run->forward, kind),
@@ -169,7 +168,7 @@ static pm_map_header header_of(const pm_run *run, pm_map_kind kind)
                            .seed = run->job->forward.seed,
                            .storage_probability =
                                pm_forward_storage_probability(run->forward, kind),
-                           .emitted = emitted};
+                           .emitted = pm_forward_emitted(run->forward)};
 }
 
 static void write_note(const pm_run *run, const struct growing *map, pm_map_header *header)

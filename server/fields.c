@@ -16,6 +16,7 @@ static const char *const kinds[] = {"map", "render", "trace", NULL};
 static const char *const quantities[] = {"irradiance", "radiance", NULL};
 static const char *const bandwidths[] = {"bias", "chi2", NULL};
 static const char *const view_types[] = {"v", "l", "h", "c", "a", "s", NULL};
+static const char *const sides[] = {"front", "back", "both", NULL};
 static const char *const formats[] = {"exr", "hdr", "png", NULL};
 
 #define SCENE_TEXT_MAX (1 << 20)
@@ -90,6 +91,23 @@ const pm_field pm_fields_medium[] = {
      .unit = "",
      .otherwise = "0",
      .doc = "Henyey and Greenstein's eccentricity: 0 scatters evenly, 1 forwards."},
+    {.name = NULL},
+};
+
+const pm_field pm_fields_port[] = {
+    {.name = "modifier",
+     .type = PM_FIELD_TEXT,
+     .low = 1,
+     .high = NAME_MAX_BYTES,
+     .unit = "bytes",
+     .doc = "Of the surfaces; anything in their chain of modifiers.",
+     .required = true},
+    {.name = "side",
+     .type = PM_FIELD_CHOICE,
+     .unit = "",
+     .otherwise = "\"front\"",
+     .doc = "Where light goes: front, along the normals; back, against them; both.",
+     .choices = sides},
     {.name = NULL},
 };
 
@@ -256,6 +274,27 @@ const pm_field pm_fields_job[] = {
      .otherwise = "true",
      .doc = "Whether surfaces are there from behind; false: rays go straight through their "
             "backs, and photons end at those that are opaque. Maps from files need the same."},
+    {.name = "ports",
+     .type = PM_FIELD_OBJECTS,
+     .unit = "",
+     .doc = "Photon ports: light of distant sources enters the scene through these surfaces "
+            "alone, at their windows for instance. Direct light is not changed by it.",
+     .members = pm_fields_port},
+    {.name = "direction_resolution",
+     .type = PM_FIELD_NUMBER,
+     .low = 1,
+     .high = PM_DIRECTIONS_MAX,
+     .unit = "1/sr",
+     .otherwise = "1000",
+     .doc = "With ports: directions that their tables of incident light tell apart."},
+    {.name = "partition",
+     .type = PM_FIELD_NUMBER,
+     .low = PM_PARTITION_MIN,
+     .high = 1,
+     .unit = "",
+     .otherwise = "0.01",
+     .doc = "With ports: size of the patches into which they are divided, relative to the "
+            "scene's cube."},
     {.name = "sensors",
      .type = PM_FIELD_TEXTS,
      .low = 1,

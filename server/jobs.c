@@ -155,20 +155,41 @@ static void run_work(pm_jobs *jobs, struct pm_work *work, const char *request,
 
 /* ---- a job's end ---- */
 
+/* Members of a request that bear on photons, beside seed and max_events; NULL without memory.
+ */
+static pm_json *about_photons(const pm_json *request)
+{
+    static const char *const members[] = {"max_length", "ports",   "direction_resolution",
+                                          "partition",  "sensors", "exclude",
+                                          "include",    "regions", "medium",
+                                          "back_faces"};
+    pm_json *json = pm_json_pack("{}");
+    bool made = json;
+    for (size_t i = 0; i < sizeof members / sizeof *members && made; i++)
+        if (pm_json_get(request, members[i]))
+            made =
+                pm_json_put(json, members[i], pm_json_copy(pm_json_get(request, members[i])));
+    if (made)
+        return json;
+    pm_json_free(json);
+    return NULL;
+}
+
 /* The request of a map job that makes this one map again from stored batches. */
 static char *map_request(const pm_request *request, const char *kind, int64_t count)
 {
     int64_t passes = pm_json_get_integer(pm_json_get(request->json, kind), "passes", 0);
-    pm_json *json = pm_json_pack("{s:s, s:s, s:I, s:I, s:{s:I}}", "kind", "map", "scene",
+    pm_json *json = about_photons(request->json);
+    pm_json *rest = pm_json_pack("{s:s, s:s, s:I, s:I, s:{s:I}}", "kind", "map", "scene",
                                  request->scene, "seed", (long long)request->job.forward.seed,
                                  "max_events", (long long)request->job.forward.max_events, kind,
                                  "count", (long long)count);
-    if (json && passes &&
-        !pm_json_put(pm_json_get(json, kind), "passes", pm_json_pack("I", (long long)passes))) {
-        pm_json_free(json);
-        return NULL;
-    }
-    char *text = json ? pm_json_text(json) : NULL;
+    bool made = json && rest && pm_json_merge(json, rest);
+    if (made && passes)
+        made = pm_json_put(pm_json_get(json, kind), "passes",
+                           pm_json_pack("I", (long long)passes));
+    char *text = made ? pm_json_text(json) : NULL;
+    pm_json_free(rest);
     pm_json_free(json);
     return text;
 }

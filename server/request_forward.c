@@ -1,6 +1,7 @@
 #include "request_forward.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "fields.h"
 
@@ -31,6 +32,37 @@ static pm_status read_names(const pm_json *json, const char *name, pm_arena *are
     for (size_t i = 0; i < count; i++)
         names[i] = pm_json_string(pm_json_at(list, i));
     *out = (pm_name_list){names, count};
+    return PM_OK;
+}
+
+static unsigned sides_of(const pm_json *port)
+{
+    const char *side = pm_json_get_text(port, "side", "front");
+    if (!strcmp(side, "both"))
+        return PM_PORT_FRONT | PM_PORT_BACK;
+    return strcmp(side, "back") ? PM_PORT_FRONT : PM_PORT_BACK;
+}
+
+static pm_status read_ports(const pm_json *json, pm_arena *arena, pm_forward_options *out,
+                            pm_error *err)
+{
+    static const char *const tables[] = {"direction_resolution", "partition"};
+    const pm_json *list = pm_json_get(json, "ports");
+    size_t count = pm_json_length(list);
+    pm_port_option *ports = pm_arena_array(arena, count + 1, sizeof *ports);
+    if (!ports)
+        return no_memory(err);
+    for (size_t i = 0; i < 2; i++)
+        if (!count && pm_json_get(json, tables[i]))
+            return refuse(err, tables[i], "has no meaning without ports");
+    for (size_t i = 0; i < count; i++) {
+        const pm_json *port = pm_json_at(list, i);
+        ports[i] = (pm_port_option){pm_json_get_text(port, "modifier", NULL), sides_of(port)};
+    }
+    out->ports = ports;
+    out->port_count = count;
+    out->direction_resolution = pm_json_get_number(json, tables[0], out->direction_resolution);
+    out->partition = pm_json_get_number(json, tables[1], out->partition);
     return PM_OK;
 }
 
@@ -91,7 +123,9 @@ pm_status pm_request_read_forward(const pm_json *json, pm_arena *arena, pm_forwa
     options.seed = (uint64_t)integer(json, "seed");
     options.max_events = (uint32_t)integer(json, "max_events");
     options.max_length = pm_json_get_number(json, "max_length", 0);
-    pm_status st = read_names(json, "sensors", arena, &options.sensors, err);
+    pm_status st = read_ports(json, arena, &options, err);
+    if (!st)
+        st = read_names(json, "sensors", arena, &options.sensors, err);
     if (!st)
         st = read_names(json, "exclude", arena, &options.exclude, err);
     if (!st)

@@ -96,6 +96,7 @@ static struct pm_tracer tracer_of(const pm_forward *forward, pm_rng_purpose purp
 {
     struct pm_tracer tracer = {.world = forward->world,
                                .choice = &forward->choice,
+                               .ports = forward->ports,
                                .seed = forward->seed,
                                .purpose = purpose,
                                .max_events = forward->max_events};
@@ -168,8 +169,20 @@ static pm_status run_prepass(pm_forward *forward, pm_pool *pool, pm_error *err)
             deposits += run.recorders[t].deposits[kind];
         set_probability(forward, kind, deposits);
     }
+    for (size_t c = 0; c < PREPASS_CHUNKS; c++)
+        forward->emitted =
+            pm_rgb_madd(forward->emitted, 1. / PM_FORWARD_PREPASS_PATHS, run.chunks[c].emitted);
     recorders_free(run.recorders, threads);
     return st;
+}
+
+static pm_status open_ports(pm_forward *forward, const pm_forward_options *options,
+                            pm_error *err)
+{
+    const pm_selection *chosen = forward->choice.ports;
+    const pm_ports_options ports = {
+        {&chosen[0], &chosen[1]}, options->direction_resolution, options->partition};
+    return pm_ports_new(forward->world, &ports, &forward->ports, err);
 }
 
 pm_status pm_forward_new(const pm_world *world, const pm_forward_options *options,
@@ -190,6 +203,8 @@ pm_status pm_forward_new(const pm_world *world, const pm_forward_options *option
     forward->flux_scale = power > 0 ? power : 1;
     pm_status st = pm_choice_make(world, options, &forward->choice, err);
     if (!st)
+        st = open_ports(forward, options, err);
+    if (!st)
         st = run_prepass(forward, pool, err);
     if (st) {
         pm_forward_free(forward);
@@ -203,6 +218,7 @@ void pm_forward_free(pm_forward *forward)
 {
     if (!forward)
         return;
+    pm_ports_free(forward->ports);
     pm_choice_clear(&forward->choice);
     free(forward->counters);
     free(forward);
@@ -320,6 +336,11 @@ double pm_forward_rate(const pm_forward *forward, pm_map_kind kind)
 double pm_forward_flux_scale(const pm_forward *forward)
 {
     return forward->flux_scale;
+}
+
+pm_rgb pm_forward_emitted(const pm_forward *forward)
+{
+    return forward->ports ? forward->emitted : pm_light_total_power(forward->world);
 }
 
 double pm_forward_storage_probability(const pm_forward *forward, pm_map_kind kind)

@@ -39,6 +39,10 @@ double pm_forward_rate(const pm_forward *forward, pm_map_kind kind);
 /* The scale of the packed fluxes of every batch of this forward pass [W / scale^2]. */
 double pm_forward_flux_scale(const pm_forward *forward);
 
+/* Power of the lights into the scene [W / scale^2]; with ports what enters through them, by the
+ * pre-run, and the lamps'. */
+pm_rgb pm_forward_emitted(const pm_forward *forward);
+
 /* Probability with which a deposit is stored; stored fluxes are divided by it already. */
 double pm_forward_storage_probability(const pm_forward *forward, pm_map_kind kind);
 

@@ -6,6 +6,7 @@
 
 #include "forward/choice.h"
 #include "forward/forward.h"
+#include "world/ports.h"
 
 enum {
     PM_FORWARD_PREPASS_PATHS = 1 << 14,
@@ -22,7 +23,9 @@ struct pm_forward {
     uint64_t seed;
     uint32_t max_events;
     struct pm_choice choice; /* what the options name */
+    pm_ports *ports;         /* NULL: distant light comes from everywhere */
     double flux_scale;
+    pm_rgb emitted;                   /* in the pre-run, on average [W / scale^2] */
     double probability[PM_MAP_KINDS]; /* of storing a deposit */
     double rate[PM_MAP_KINDS];        /* photons stored a path */
     struct pm_forward_counters *counters;

@@ -348,25 +348,46 @@ static double way_to_scene(const pm_ray *ray)
     return way;
 }
 
-/* False if no light emits. */
-static bool emit(struct walk *walk, uint32_t sobol_index)
+static bool draw_emission(const struct pm_tracer *tracer, uint32_t sobol_index,
+                          pm_port_entry *out)
 {
     double u[PM_SOBOL_DIMENSIONS];
-    pm_sobol_point(sobol_index, walk->tracer->scramble, u);
+    pm_sobol_point(sobol_index, tracer->scramble, u);
+    if (tracer->ports)
+        return pm_ports_emit(tracer->ports, u, out);
+    out->enters = false;
+    return pm_light_emit(tracer->world, u, &out->emission);
+}
+
+/* False if no light emits. */
+static bool emit(struct walk *walk, uint32_t sobol_index, pm_port_entry *entry)
+{
     const pm_emission *e = &walk->emission;
-    if (!pm_light_emit(walk->tracer->world, u, &walk->emission))
+    if (!draw_emission(walk->tracer, sobol_index, entry))
         return false;
+    walk->emission = entry->emission;
     walk->ray = (pm_ray){e->origin, e->direction, INFINITY, e->from};
     walk->flux = e->flux;
     walk->reference = pm_rgb_max(e->flux);
     walk->travelled = 0;
     walk->media.count = 0;
-    if (e->from != PM_NO_PRIMITIVE)
+    if (entry->enters)
+        walk->media = entry->media;
+    else if (e->from != PM_NO_PRIMITIVE)
         pm_media_at(walk->tracer->world, e->origin, &walk->media);
     else
         walk->travelled = -way_to_scene(&walk->ray);
     add_to(&walk->recorder->emitted, e->flux);
     return walk->reference > 0;
+}
+
+/* The path starts where it meets the port. */
+static bool enter(struct walk *walk, const pm_port_entry *entry)
+{
+    if (!entry->enters)
+        return true;
+    pm_rng_bounce(&walk->rng, ++walk->segment);
+    return meet_surface(walk, &entry->hit);
 }
 
 void pm_path_trace(const struct pm_tracer *tracer, uint64_t number, uint32_t sobol_index,
@@ -377,9 +398,12 @@ void pm_path_trace(const struct pm_tracer *tracer, uint64_t number, uint32_t sob
     walk.recorder = recorder;
     walk.segment = walk.events = walk.straight = 0;
     walk.specular = false;
-    if (!emit(&walk, sobol_index))
+    pm_port_entry entry;
+    if (!emit(&walk, sobol_index, &entry))
         return;
     pm_rng_init(&walk.rng, tracer->seed, tracer->purpose, number);
+    if (!enter(&walk, &entry))
+        return;
     bool finite;
     while ((finite = is_finite(&walk)) && step(&walk))
         continue;

@@ -9,6 +9,7 @@
 #include "base/rng.h"
 #include "base/sobol.h"
 #include "forward/photon.h"
+#include "world/ports.h"
 #include "world/world.h"
 
 /* One photon path from its light to its end. Shared by the files of this folder. */
@@ -21,6 +22,7 @@ struct pm_tracer {
     pm_rng_purpose purpose;
     uint32_t max_events;
     uint32_t scramble[PM_SOBOL_DIMENSIONS]; /* of the emission's Sobol sequence */
+    const pm_ports *ports;                  /* NULL: distant light comes from everywhere */
 };
 
 /* Fills in `scramble` for a replicate. */

@@ -176,6 +176,26 @@ static void surroundings_are_read(void **state)
                    "medium.g");
 }
 
+static void ports_are_read(void **state)
+{
+    (void)state;
+    pm_request request;
+    assert_int_equal(parse(HEAD "\"map\", \"global\": {\"count\": 5}, \"partition\": 0.5, "
+                                "\"ports\": [{\"modifier\": \"pane\"}, "
+                                "{\"modifier\": \"door\", \"side\": \"back\"}, "
+                                "{\"modifier\": \"gap\", \"side\": \"both\"}]}",
+                           &request, NULL),
+                     PM_OK);
+    const pm_forward_options *forward = &request.job.forward;
+    assert_int_equal(forward->port_count, 3);
+    assert_string_equal(forward->ports[1].modifier, "door");
+    assert_int_equal(forward->ports[0].sides, PM_PORT_FRONT);
+    assert_int_equal(forward->ports[1].sides, PM_PORT_BACK);
+    assert_int_equal(forward->ports[2].sides, PM_PORT_FRONT | PM_PORT_BACK);
+    assert_true(forward->partition == .5 && forward->direction_resolution == 1000);
+    pm_request_clear(&request);
+}
+
 #define MAP_HEAD HEAD "\"map\", \"global\": {\"count\": 5}, "
 
 static void what_is_stored_nowhere_is_refused(void **state)
@@ -195,6 +215,10 @@ static void what_is_stored_nowhere_is_refused(void **state)
                             "\"box\": [0, 0, 0, 1, 1, 1]}]}",
                    "regions");
     assert_refused(MAP_HEAD "\"max_length\": 0}", "max_length");
+    assert_refused(MAP_HEAD "\"ports\": [{}]}", "modifier");
+    assert_refused(MAP_HEAD "\"ports\": [{\"modifier\": \"a\", \"side\": \"up\"}]}",
+                   "ports[0].side");
+    assert_refused(MAP_HEAD "\"partition\": 0.1}", "partition");
     assert_refused(MAP_HEAD "\"max_length\": -1}", "max_length");
     assert_refused(HEAD "\"render\", \"exclude\": [\"a\"]}", "exclude");
     assert_refused(HEAD "\"render\", \"sensors\": [\"a\"]}", "sensors");
@@ -280,6 +304,7 @@ int main(void)
         cmocka_unit_test(contradictions_name_their_member),
         cmocka_unit_test(what_is_stored_where_is_read),
         cmocka_unit_test(surroundings_are_read),
+        cmocka_unit_test(ports_are_read),
         cmocka_unit_test(what_is_stored_nowhere_is_refused),
         cmocka_unit_test(members_without_meaning_are_refused_not_ignored),
         cmocka_unit_test(sensors_come_a_line_each_in_order),

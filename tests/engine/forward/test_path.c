@@ -44,7 +44,10 @@ static void accumulate(struct run *run, pm_rgb *sum, pm_rgb *sum2, struct pm_rec
 static struct run trace(const char *scene, unsigned paths, unsigned kinds)
 {
     struct run run = {.world = world_of(scene), .paths = paths};
-    struct pm_tracer tracer = {run.world, NULL, 11, PM_RNG_PATH, MAX_EVENTS, {0}};
+    struct pm_tracer tracer = {.world = run.world,
+                               .seed = 11,
+                               .purpose = PM_RNG_PATH,
+                               .max_events = MAX_EVENTS};
     pm_tracer_set_replicate(&tracer, 3);
     struct pm_recorder total = {0};
     pm_rgb sum = {0, 0, 0}, sum2 = {0, 0, 0}, none = {0, 0, 0};
