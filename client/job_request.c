@@ -50,6 +50,9 @@ static bool put_map(pm_json *request, const pm_options *options, pm_map_kind kin
             made =
                 made && pm_json_put(value, "passes", pm_json_pack("i", (int)options->sequence));
     }
+    bool precomputed = kind == PM_MAP_GLOBAL && (map->precomputed || attachments->precomputed);
+    if (precomputed && options->fraction > 0)
+        made = made && pm_json_put(value, "fraction", pm_json_pack("f", options->fraction));
     if (map->gather)
         made = made && pm_json_put(value, "gather", pm_json_pack("i", (int)map->gather));
     if (map->gather_max)
@@ -61,7 +64,8 @@ static bool put_map(pm_json *request, const pm_options *options, pm_map_kind kin
         pm_json_free(value);
         return false;
     }
-    return pm_json_put(request, pm_map_kind_name(kind), value);
+    return pm_json_put(request, pm_map_kind_name(precomputed ? PM_MAP_PRECOMPUTED : kind),
+                       value);
 }
 
 static bool put_stops(pm_json *request, const pm_options *options)

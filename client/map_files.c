@@ -28,6 +28,15 @@ static pm_status detect(const char *path, pm_map_kind *kind, pm_error *err)
     return st;
 }
 
+static pm_status check_single(const pm_options *options, pm_error *err)
+{
+    if (options->detected_gather <= 1 && !options->detected_gather_max)
+        return PM_OK;
+    return pm_error_set_at(err, PM_E_RANGE, options->detected_map, 0, 0,
+                           "is a precomputed map, of which the closest photon alone is looked "
+                           "up; leave out the number behind it");
+}
+
 pm_status pm_map_files_attach(pm_session *session, const pm_options *options,
                               pm_attachments *attachments, pm_error *err)
 {
@@ -39,5 +48,10 @@ pm_status pm_map_files_attach(pm_session *session, const pm_options *options,
     if (st || !options->detected_map)
         return st;
     st = detect(options->detected_map, &detected, err);
+    if (!st && detected == PM_MAP_PRECOMPUTED) {
+        st = check_single(options, err);
+        attachments->precomputed = true;
+        detected = PM_MAP_GLOBAL;
+    }
     return st ? st : attach(session, detected, options->detected_map, attachments, err);
 }

@@ -32,8 +32,8 @@ pm_status pm_check_mkpmap(const pm_options *options, pm_error *err)
     }
     if (!st && !any)
         st = pm_error_set(err, PM_E_MISSING,
-                          "no map asked for: -apg, -apc or -apv FILE N, e.g. -apg scene.gpm "
-                          "100k");
+                          "no map asked for: -apg, -apc or -apv FILE N, -app FILE N BW, e.g. "
+                          "-apg scene.gpm 100k");
     return st;
 }
 
@@ -66,8 +66,10 @@ static pm_status fetch_maps(pm_session *session, const pm_options *options, cons
 {
     pm_status st = PM_OK;
     for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
-        const char *name = pm_map_kind_name((pm_map_kind)kind),
-                   *path = options->maps[kind].file;
+        const pm_map_option *map = &options->maps[kind];
+        const char *name = pm_map_kind_name(map->precomputed ? PM_MAP_PRECOMPUTED
+                                                             : (pm_map_kind)kind),
+                   *path = map->file;
         if (!options->maps[kind].given)
             continue;
         const pm_json *result = find_named(pm_json_get(job, "result"), "name", name);

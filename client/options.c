@@ -209,12 +209,61 @@ static pm_status require_range(const struct words *words, const pm_map_option *m
         words->option);
 }
 
+/* A precomputed map stands in for the global one. */
+static pm_status check_alone(const struct words *words, const pm_map_option *map,
+                             bool precomputed)
+{
+    if (!map->given || map->precomputed == precomputed)
+        return PM_OK;
+    return pm_error_set(words->err, PM_E_RANGE,
+                        "%s: a precomputed map stands in for the global one; give one of -apg "
+                        "and -app",
+                        words->option);
+}
+
+/* -app N BW | mkpmap -app FILE N BW | rpict -app FILE [1] */
+static pm_status take_precomputed(struct words *words)
+{
+    pm_verb verb = words->out->verb;
+    pm_map_option *map = &words->out->maps[PM_MAP_GLOBAL];
+    pm_status st = check_alone(words, map, true);
+    if (st)
+        return st;
+    *map = (pm_map_option){.given = true, .precomputed = true};
+    if (!(verb & RENDERING))
+        st = take_text(words, "a file", &map->file);
+    if (st || verb & (PM_VERB_RPICT | PM_VERB_RTRACE)) {
+        uint32_t one;
+        return st || !next_is_count(words)
+                   ? st
+                   : take_u32(words, "1 or nothing, as the closest photon alone is looked up",
+                              1, 1, &one);
+    }
+    st = take_count(words, "a number of photons", 1, 1000000000, &map->count);
+    if (!st)
+        st = take_u32(words, "photons that irradiance is precomputed from", 1,
+                      map->count < PM_GATHER_MAX ? (uint32_t)map->count : PM_GATHER_MAX,
+                      &map->gather);
+    return st;
+}
+
+static pm_status take_fraction(struct words *words)
+{
+    double *fraction = &words->out->fraction;
+    pm_status st = take_number(words, "a fraction", fraction);
+    if (!st && !(*fraction >= 1e-9 && *fraction <= 1))
+        st = bad(words, words->argv[words->at - 1], "greater than 0, at most 1");
+    return st;
+}
+
 /* -apg N [K [K2]] | mkpmap -apg FILE N | rpict -apg FILE [K [K2]] | rpict -apgb FILE K K2 */
 static pm_status take_map(struct words *words)
 {
     pm_verb verb = words->out->verb;
     pm_map_option *map = &words->out->maps[kind_of(words->option)];
-    pm_status st = PM_OK;
+    pm_status st = check_alone(words, map, false);
+    if (st)
+        return st;
     *map = (pm_map_option){.given = true};
     if (!(verb & RENDERING))
         st = take_text(words, "a file", &map->file);
@@ -735,6 +784,17 @@ static const struct option options[] = {
      TAKE(take_map)},
     {"-apc", RADIANCE, "FILE [K [K2]]", "caustic map from a file", TAKE(take_map)},
     {"-apv", RADIANCE, "FILE [K [K2]]", "volume map from a file", TAKE(take_map)},
+    {"-app", RENDERING, "N BW",
+     "instead of -apg: irradiance from BW photons, precomputed at some of N (see -apP)",
+     TAKE(take_precomputed)},
+    {"-app", PM_VERB_MKPMAP, "FILE N BW",
+     "write a global map of N photons with irradiance from BW of them precomputed (see -apP)",
+     TAKE(take_precomputed)},
+    {"-app", RADIANCE, "FILE [1]", "a precomputed map from a file, in the place of -apg",
+     TAKE(take_precomputed)},
+    {"-apP", RENDERING | PM_VERB_MKPMAP, "F",
+     "of -app: the share of the photons that is kept (.25)", TAKE(take_fraction)},
+    {"-apf", RENDERING | PM_VERB_MKPMAP, "F", "the same", TAKE(take_fraction)},
     {"-ap", RADIANCE, "FILE [K [K2]]", "a map from a file, of whatever kind it is",
      TAKE(take_detected_map)},
     {"-apgb", RADIANCE, "FILE K K2", "the same as -apg FILE K K2", TAKE(take_map)},
@@ -1023,6 +1083,13 @@ pm_status pm_options_parse(pm_verb verb, int argc, char **argv, pm_options *out,
         pm_options_clear(&result);
         return st;
     }
+    if (result.sequence && result.maps[PM_MAP_GLOBAL].precomputed)
+        return pm_error_set(err, PM_E_UNSUPPORTED,
+                            "--passes: a precomputed map is one map; leave it out, or ask for "
+                            "-apg");
+    if (result.fraction > 0 && !result.maps[PM_MAP_GLOBAL].precomputed)
+        return pm_error_set(err, PM_E_MISSING,
+                            "-apP: there is no precomputed map; ask for one with -app");
     if (result.server && !*result.server)
         result.server = NULL;
     *out = result;

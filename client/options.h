@@ -68,6 +68,7 @@ typedef struct pm_map_option {
     uint64_t count;      /* render, trace, mkpmap: photons wanted */
     uint32_t gather;     /* photons an estimate; 0 = the server's default */
     uint32_t gather_max; /* 0: as many as gather */
+    bool precomputed;    /* of the global one: -app */
     const char *file;    /* rpict, rtrace: read; mkpmap: written */
 } pm_map_option;
 
@@ -87,6 +88,7 @@ typedef struct pm_options {
     pm_map_option maps[PM_MAP_KINDS];
     const char *detected_map; /* -ap FILE: its kind is read from the file */
     uint32_t detected_gather, detected_gather_max;
+    double fraction;       /* -apf, -apP: of a precomputed map; 0: the server's default */
     const char *bandwidth; /* how to choose between the two; NULL: the server's default */
     int ambient_bounces;   /* -ab */
     pm_view view;

@@ -92,6 +92,10 @@ static void prepare(struct dump *dump)
         return;
     dump->radius = option->radius > 0 ? option->radius : fitting_radius(dump);
     double left_out = (double)dump->photons / (double)dump->taken;
+    if (header->kind == PM_MAP_PRECOMPUTED) {
+        dump->watts = header->flux_scale; /* W/m^2, whatever is left out */
+        return;
+    }
     dump->watts = header->flux_scale * header->world_scale * header->world_scale * left_out /
                   (double)dump->paths;
 }
@@ -138,13 +142,15 @@ static pm_status print_photons(void *context, const pm_photon *photons, size_t c
     return PM_OK;
 }
 
-/* Blue, red and green for global, caustic and volume photons, as Radiance has them. */
+/* Blue, red and green for global, caustic and volume photons, as Radiance has them; a colder
+ * blue for precomputed ones. */
 static pm_rgb kind_color(pm_map_kind kind)
 {
     static const pm_rgb colors[PM_MAP_KINDS] = {[PM_MAP_GLOBAL] = {.25, .25, 2},
                                                 [PM_MAP_CAUSTIC] = {1, .1, .1},
                                                 [PM_MAP_VOLUME] = {.1, 1, .1}};
-    return colors[kind];
+    static const pm_rgb precomputed = {.1, .25, 2};
+    return kind == PM_MAP_PRECOMPUTED ? precomputed : colors[kind];
 }
 
 /* ---- the verb ---- */

@@ -74,7 +74,11 @@ static void print_info(const char *path, const struct info *info, const char *co
     printf("Kind:         %s\n", pm_map_kind_name(header->kind));
     printf("Command:      %s\n", command && *command ? command : "(not recorded)");
     printf("Photons:      %" PRIu64 "\n", info->photons);
-    printf("Average flux: %.6g %.6g %.6g W a photon\n", flux.r, flux.g, flux.b);
+    if (header->kind == PM_MAP_PRECOMPUTED)
+        printf("Average irradiance: %.4g %.4g %.4g W/m^2, at %g of the photons\n", flux.r,
+               flux.g, flux.b, header->storage_probability);
+    else
+        printf("Average flux: %.6g %.6g %.6g W a photon\n", flux.r, flux.g, flux.b);
     printf("Paths:        %" PRIu64 ", seed %" PRIu64 "\n", info->paths, header->seed);
     printf("Scene:        %s\n", scene);
     printf("Family:       %s\n", family);

@@ -14,11 +14,11 @@ enum {
 #define SWITCH "+-01yYnNtTfF" /* what may follow the name of a switch of Radiance */
 
 static const char by_mkpmap[] = "photons come from map files; mkpmap says where they start";
-static const char not_yet_precomputed[] = "precomputed photons are not offered yet; use -apg";
 static const char by_map[] =
     "a picture would be dark where no photons are stored; mkpmap makes such maps";
 static const char no_sensors[] =
     "points in free space look all around and need no surface; mkpmap makes maps of sensors";
+static const char by_map_file[] = "a map's file has what was kept; mkpmap decides how much";
 static const char no_prepass[] =
     "there is no prepass to set: maps grow until they hold the number wanted";
 static const char no_cache[] =
@@ -43,9 +43,8 @@ static const struct {
     unsigned verbs;
     const char *name, *tail, *reason;
 } refused[] = {
-    {WORKING, "-app", "", not_yet_precomputed},
-    {PM_VERB_MKPMAP, "-apf", "", not_yet_precomputed},
-    {PM_VERB_MKPMAP, "-apP", "", not_yet_precomputed},
+    {RADIANCE, "-apP", "", by_map_file},
+    {RADIANCE, "-apf", "", by_map_file},
     {WORKING, "-apd", "", "direct maps are not offered: direct light comes from next events"},
     {WORKING, "-apC", "", "contribution maps are not offered"},
     {PM_VERB_MKPMAP, "-apD", "", no_prepass},

@@ -350,7 +350,9 @@ static const char *input_name(const pm_session *session, const char *name)
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
         const char *file =
             options->maps[kind].file ? options->maps[kind].file : options->detected_map;
-        const char *word = pm_map_kind_name((pm_map_kind)kind);
+        bool precomputed = kind == PM_MAP_GLOBAL && !strncmp(name, "precomputed", 11);
+        const char *word =
+            pm_map_kind_name(precomputed ? PM_MAP_PRECOMPUTED : (pm_map_kind)kind);
         if (file && !strncmp(name, word, strlen(word)) && !strcmp(name + strlen(word), " map"))
             return file;
     }

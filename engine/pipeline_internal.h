@@ -26,6 +26,15 @@ double pm_run_cpu_seconds(const pm_run *run);
  * batches, the rest traced. out[kind] is NULL where there is none. (pipeline_maps.c) */
 PM_MUST_USE pm_status pm_run_make_maps(pm_run *run, pm_photon_map *out[PM_MAP_KINDS]);
 
+/* The precomputed map of a global one, or as it was kept. (pipeline_precompute.c) */
+pm_digest pm_run_precomputed_family(const pm_run *run);
+PM_MUST_USE pm_status pm_run_precompute(pm_run *run, const pm_photon_map *global,
+                                        pm_photon_map **out);
+bool pm_run_fetch_precomputed(pm_run *run, pm_photon_map **out);
+
+/* The header of a map of this run, as of one path. (pipeline_maps.c) */
+pm_map_header pm_run_map_header(const pm_run *run, pm_map_kind kind);
+
 /* The maps of one progressive pass: batch `pass` of the global family (of the caustic one, if
  * the plan wants no global map) and of the volume family. */
 PM_MUST_USE pm_status pm_run_make_pass_maps(pm_run *run, uint32_t pass,

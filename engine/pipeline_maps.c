@@ -155,7 +155,7 @@ static pm_status next_batches(pm_run *run, uint64_t index,
     return st;
 }
 
-static pm_map_header header_of(const pm_run *run, pm_map_kind kind)
+pm_map_header pm_run_map_header(const pm_run *run, pm_map_kind kind)
 {
     const pm_world_info *info = &run->answer->world;
     return (pm_map_header){.kind = kind,
@@ -199,7 +199,7 @@ static pm_map_header header_of_map(const pm_run *run, pm_map_kind kind,
                                    const struct growing *map)
 {
     const pm_plan_pass *plan = &run->answer->plan.pass[kind];
-    pm_map_header header = header_of(run, kind);
+    pm_map_header header = pm_run_map_header(run, kind);
     header.first_path = map->first_path;
     header.paths = map->paths ? map->paths : 1;
     write_note(run, map, &header);
@@ -339,15 +339,48 @@ static bool is_streamed(const pm_run *run)
     return run->job->kind == PM_JOB_MAP && run->hooks->put;
 }
 
+/* A precomputed map takes the place of the global map that it is made of. */
+static pm_status precompute(pm_run *run, pm_photon_map **map)
+{
+    pm_photon_map *global = *map;
+    *map = NULL;
+    pm_status st = pm_run_precompute(run, global, map);
+    pm_photon_map_free(global);
+    return st;
+}
+
+/* A precomputed map of a map job, which has been built in any case. */
+static pm_status stream_built(pm_run *run, pm_photon_map **map)
+{
+    struct outlet outlet = {run, PM_MAP_GLOBAL, 0};
+    const pm_sink sink = {&outlet, put};
+    pm_status st = pm_photon_map_stream(*map, run->job->command, run->pool, &sink, run->err);
+    pm_photon_map_free(*map);
+    *map = NULL;
+    return st;
+}
+
+/* The map, or its place in the store, is known. */
+static pm_status finish_precomputed(pm_run *run, pm_photon_map **map)
+{
+    summarise(run, PM_MAP_GLOBAL, pm_photon_map_header(*map), pm_photon_map_count(*map));
+    return is_streamed(run) ? stream_built(run, map) : PM_OK;
+}
+
 static pm_status build_map(pm_run *run, pm_map_kind kind, struct growing *map,
                            pm_photon_map **out)
 {
     pm_map_header header = header_of_map(run, kind, map);
     uint64_t bytes;
-    if (is_streamed(run))
+    bool precomputed = run->job->wanted.maps[kind].precomputed;
+    if (is_streamed(run) && !precomputed)
         return stream_map(run, &header, map, run->job->command, &bytes);
     pm_run_progress(run, "build", 0);
     pm_status st = pm_photon_map_take(&header, &map->list, run->pool, out, run->err);
+    if (!st && precomputed)
+        st = precompute(run, out);
+    if (!st && precomputed)
+        return finish_precomputed(run, out);
     if (!st)
         summarise(run, kind, &header, pm_photon_map_count(*out));
     return st;
@@ -357,10 +390,11 @@ static pm_status check_file(pm_run *run, pm_map_kind kind, const char *name,
                             const pm_photon_map *map)
 {
     const pm_map_header *header = pm_photon_map_header(map);
-    if (header->kind != kind)
-        return pm_error_set_at(run->err, PM_E_MISMATCH, name, 0, 0,
-                               "holds %s photons, but is given as the %s map",
-                               pm_map_kind_name(header->kind), pm_map_kind_name(kind));
+    const pm_map_wanted *wanted = &run->job->wanted.maps[kind];
+    if (header->kind != (wanted->precomputed ? PM_MAP_PRECOMPUTED : kind))
+        return pm_error_set_at(
+            run->err, PM_E_MISMATCH, name, 0, 0, "holds %s photons, but is given as the %s map",
+            pm_map_kind_name(header->kind), pm_map_wanted_name(wanted, kind));
     if (pm_digest_equal(&header->scene, &run->answer->scene))
         return PM_OK;
     char theirs[PM_DIGEST_HEX], ours[PM_DIGEST_HEX];
@@ -402,7 +436,9 @@ static pm_status finish_maps(pm_run *run, struct growing maps[PM_MAP_KINDS],
 {
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
         pm_status st = PM_OK;
-        if (run->job->files[kind].data)
+        if (out[kind])
+            st = finish_precomputed(run, &out[kind]);
+        else if (run->job->files[kind].data)
             st = read_file(run, (pm_map_kind)kind, &out[kind]);
         else if (is_made(run, kind) && !run->answer->maps[kind].pass_count)
             st = build_map(run, (pm_map_kind)kind, &maps[kind], &out[kind]);
@@ -439,6 +475,22 @@ static pm_status reserve(pm_run *run, struct growing maps[PM_MAP_KINDS])
     return st;
 }
 
+/* True if the map is in the store. */
+static bool begin_precomputed(pm_run *run, pm_photon_map **out)
+{
+    const pm_digest family = pm_run_precomputed_family(run);
+    if (run->hooks->begin)
+        run->hooks->begin(run->hooks->context, &family, PM_MAP_GLOBAL);
+    return pm_run_fetch_precomputed(run, out);
+}
+
+static void end_precomputed(pm_run *run)
+{
+    const pm_digest family = pm_run_precomputed_family(run);
+    if (run->hooks->end)
+        run->hooks->end(run->hooks->context, &family);
+}
+
 pm_status pm_run_make_maps(pm_run *run, pm_photon_map *out[PM_MAP_KINDS])
 {
     struct growing maps[PM_MAP_KINDS] = {0};
@@ -448,6 +500,10 @@ pm_status pm_run_make_maps(pm_run *run, pm_photon_map *out[PM_MAP_KINDS])
         maps[kind].wanted = pass->count;
         maps[kind].passes = run->job->wanted.maps[kind].passes;
     }
+    bool precomputes =
+        maps[PM_MAP_GLOBAL].active && run->job->wanted.maps[PM_MAP_GLOBAL].precomputed;
+    if (precomputes)
+        maps[PM_MAP_GLOBAL].active = !begin_precomputed(run, &out[PM_MAP_GLOBAL]);
     pm_status st = reserve(run, maps);
     for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++)
         if (maps[kind].active)
@@ -460,6 +516,8 @@ pm_status pm_run_make_maps(pm_run *run, pm_photon_map *out[PM_MAP_KINDS])
         pm_photon_list_clear(&maps[kind].list);
         end(run, &maps[kind]);
     }
+    if (precomputes)
+        end_precomputed(run);
     return st;
 }
 
@@ -487,7 +545,7 @@ pm_status pm_run_make_pass_maps(pm_run *run, uint32_t pass, pm_photon_map *out[P
     for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
         if (!(kinds & (1U << kind)))
             continue;
-        pm_map_header header = header_of(run, (pm_map_kind)kind);
+        pm_map_header header = pm_run_map_header(run, (pm_map_kind)kind);
         header.paths = traced[kind].paths;
         st = pm_photon_map_build(&header, &traced[kind], 1, run->pool, &out[kind], run->err);
         if (!counted)

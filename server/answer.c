@@ -186,11 +186,12 @@ static pm_json *map_json(const pm_job *job, const pm_answer *answer, int kind, p
     const pm_map_summary *map = &answer->maps[kind];
     pm_json *json = pm_json_pack(
         "{s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:I, s:s, s:s}", "kind",
-        pm_map_kind_name((pm_map_kind)kind), "key", key_json(job, answer, kind), "family",
-        digest(&map->family), "scene", digest(&answer->scene), "count",
-        (long long)job->wanted.maps[kind].count, "photons", (long long)map->photons, "paths",
-        (long long)map->paths, "paths_traced", (long long)map->paths_traced, "paths_cached",
-        (long long)map->paths_cached, "cache", pm_cache_name(cache), "note", map->note);
+        pm_map_wanted_name(&job->wanted.maps[kind], (pm_map_kind)kind), "key",
+        key_json(job, answer, kind), "family", digest(&map->family), "scene",
+        digest(&answer->scene), "count", (long long)job->wanted.maps[kind].count, "photons",
+        (long long)map->photons, "paths", (long long)map->paths, "paths_traced",
+        (long long)map->paths_traced, "paths_cached", (long long)map->paths_cached, "cache",
+        pm_cache_name(cache), "note", map->note);
     if (!json || !map->pass_count || pm_json_put(json, "passes", passes_json(map)))
         return json;
     pm_json_free(json);

@@ -129,6 +129,34 @@ const pm_field pm_fields_region[] = {
     {.name = NULL},
 };
 
+const pm_field pm_fields_precomputed[] = {
+    {.name = "count",
+     .type = PM_FIELD_INTEGER,
+     .low = 1,
+     .high = 1e9,
+     .unit = "photons",
+     .doc = "Photons wanted of the global map that irradiance is precomputed from."},
+    {.name = "gather",
+     .type = PM_FIELD_INTEGER,
+     .low = 1,
+     .high = PM_GATHER_MAX,
+     .unit = "photons",
+     .otherwise = "40",
+     .doc = "Photons that irradiance is estimated from; at most count."},
+    {.name = "fraction",
+     .type = PM_FIELD_NUMBER,
+     .low = 1e-9,
+     .high = 1,
+     .unit = "",
+     .otherwise = "0.25",
+     .doc = "Share of the photons that irradiance is precomputed for; the others are dropped."},
+    {.name = "map",
+     .type = PM_FIELD_DIGEST,
+     .unit = "",
+     .doc = "Digest of an uploaded file of a precomputed map, used instead of a traced one."},
+    {.name = NULL},
+};
+
 const pm_field pm_fields_view[] = {
     {.name = "vp",
      .type = PM_FIELD_VECTOR,
@@ -222,6 +250,12 @@ const pm_field pm_fields_job[] = {
          "Global map: every indirect hit on a diffuse surface. With no map named, render and "
          "trace work in progressive passes.",
      .members = pm_fields_map},
+    {.name = "precomputed",
+     .type = PM_FIELD_OBJECT,
+     .unit = "",
+     .doc = "Instead of global: a map of irradiance at some of the global photons; a look-up "
+            "takes that of the closest.",
+     .members = pm_fields_precomputed},
     {.name = "caustic",
      .type = PM_FIELD_OBJECT,
      .unit = "",

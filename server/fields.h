@@ -45,6 +45,7 @@ typedef struct pm_field {
 extern const pm_field pm_fields_job[];   /* POST /v1/jobs */
 extern const pm_field pm_fields_scene[]; /* POST /v1/scenes */
 extern const pm_field pm_fields_map[];   /* a member "global", "caustic" or "volume" of a job */
+extern const pm_field pm_fields_precomputed[]; /* its member "precomputed" */
 extern const pm_field pm_fields_view[];
 extern const pm_field pm_fields_medium[]; /* of "medium" */
 extern const pm_field pm_fields_region[]; /* of the list "regions" */

@@ -175,19 +175,32 @@ static pm_json *about_photons(const pm_json *request)
     return NULL;
 }
 
+/* What makes the map, as a member of a job. */
+static pm_json *map_member(const pm_request *request, const char *kind, int64_t count)
+{
+    static const char *const more[] = {"passes", "gather", "fraction"};
+    const pm_json *asked = pm_json_get(request->json, kind);
+    pm_json *member = pm_json_pack("{s:I}", "count", (long long)count);
+    bool makes =
+        request->job.kind == PM_JOB_MAP || !strcmp(kind, pm_map_kind_name(PM_MAP_PRECOMPUTED));
+    for (size_t i = 0; i < sizeof more / sizeof *more && makes && member; i++)
+        if (pm_json_get(asked, more[i]) &&
+            !pm_json_put(member, more[i], pm_json_copy(pm_json_get(asked, more[i])))) {
+            pm_json_free(member);
+            return NULL;
+        }
+    return member;
+}
+
 /* The request of a map job that makes this one map again from stored batches. */
 static char *map_request(const pm_request *request, const char *kind, int64_t count)
 {
-    int64_t passes = pm_json_get_integer(pm_json_get(request->json, kind), "passes", 0);
     pm_json *json = about_photons(request->json);
-    pm_json *rest = pm_json_pack("{s:s, s:s, s:I, s:I, s:{s:I}}", "kind", "map", "scene",
+    pm_json *rest = pm_json_pack("{s:s, s:s, s:I, s:I, s:o}", "kind", "map", "scene",
                                  request->scene, "seed", (long long)request->job.forward.seed,
                                  "max_events", (long long)request->job.forward.max_events, kind,
-                                 "count", (long long)count);
+                                 map_member(request, kind, count));
     bool made = json && rest && pm_json_merge(json, rest);
-    if (made && passes)
-        made = pm_json_put(pm_json_get(json, kind), "passes",
-                           pm_json_pack("I", (long long)passes));
     char *text = made ? pm_json_text(json) : NULL;
     pm_json_free(rest);
     pm_json_free(json);

@@ -50,13 +50,44 @@ static pm_status read_bandwidth(const pm_json *map, const char *name, pm_map_wan
     return PM_OK;
 }
 
+/* A precomputed map stands in for the global one. */
+static pm_status read_precomputed(pm_map_kind kind, pm_request *out, pm_error *err)
+{
+    const pm_json *map = pm_json_get(out->json, pm_map_kind_name(PM_MAP_PRECOMPUTED));
+    pm_map_wanted *wanted = &out->job.wanted.maps[kind];
+    if (kind != PM_MAP_GLOBAL || !map)
+        return PM_OK;
+    if (pm_json_get(out->json, pm_map_kind_name(kind)))
+        return refuse(err, pm_map_kind_name(PM_MAP_PRECOMPUTED),
+                      "stands in for \"global\"; give one of them");
+    if (pm_json_get(map, "map") && (pm_json_get(map, "gather") || pm_json_get(map, "fraction")))
+        return refuse(err, pm_map_kind_name(PM_MAP_PRECOMPUTED),
+                      "has \"map\", which is precomputed already, so \"gather\" and "
+                      "\"fraction\" have no meaning");
+    wanted->precomputed = true;
+    wanted->fraction = pm_json_get_number(map, "fraction", 0);
+    return PM_OK;
+}
+
+static pm_status check_gather(const pm_map_wanted *wanted, pm_error *err)
+{
+    const pm_field *gather = pm_field_find(pm_fields_precomputed, "gather");
+    uint32_t count = wanted->gather_count ? wanted->gather_count
+                                          : (uint32_t)strtoul(gather->otherwise, NULL, 10);
+    if (!wanted->precomputed || !wanted->count || count <= wanted->count)
+        return PM_OK;
+    return refuse(err, pm_map_kind_name(PM_MAP_PRECOMPUTED),
+                  "has a \"gather\" (40 if it is not said) that is greater than \"count\"");
+}
+
 static pm_status read_map(pm_map_kind kind, pm_request *out, pm_error *err)
 {
-    const char *name = pm_map_kind_name(kind);
-    const pm_json *map = pm_json_get(out->json, name);
-    if (!map)
-        return PM_OK;
     pm_map_wanted *wanted = &out->job.wanted.maps[kind];
+    pm_status st = read_precomputed(kind, out, err);
+    const char *name = pm_map_wanted_name(wanted, kind);
+    const pm_json *map = pm_json_get(out->json, name);
+    if (st || !map)
+        return st;
     const char *file = pm_json_get_text(map, "map", NULL);
     int64_t count = pm_json_get_integer(map, "count", 0);
     if (!file == !count)
@@ -67,7 +98,9 @@ static pm_status read_map(pm_map_kind kind, pm_request *out, pm_error *err)
     wanted->count = (uint64_t)count;
     wanted->passes = (uint32_t)pm_json_get_integer(map, "passes", 0);
     wanted->gather_count = (uint32_t)pm_json_get_integer(map, "gather", 0);
-    pm_status st = read_bandwidth(map, name, wanted, err);
+    st = read_bandwidth(map, name, wanted, err);
+    if (!st)
+        st = check_gather(wanted, err);
     if (st)
         return st;
     if (file)
@@ -85,12 +118,13 @@ static pm_status read_maps(pm_request *out, pm_error *err)
         any = any || out->job.wanted.maps[kind].wanted;
         counted = counted || out->job.wanted.maps[kind].count;
         if (out->job.kind == PM_JOB_MAP && out->has_map_file[kind])
-            return refuse(err, pm_map_kind_name((pm_map_kind)kind),
+            return refuse(err,
+                          pm_map_wanted_name(&out->job.wanted.maps[kind], (pm_map_kind)kind),
                           "has \"map\": a job of kind map makes maps, so give \"count\"");
     }
     if (out->job.kind == PM_JOB_MAP && !counted)
         return refuse(err, "kind",
-                      "is map, so at least one of global, caustic and volume must "
+                      "is map, so at least one of global, precomputed, caustic and volume must "
                       "be there with a count");
     out->job.wanted.estimator = any ? PM_NEAREST : PM_PROGRESSIVE;
     return PM_OK;
@@ -198,8 +232,9 @@ static pm_status check_meanings(const pm_request *request, pm_error *err)
                           "has \"passes\", which has a meaning in a job of kind map alone");
     if (request->job.kind == PM_JOB_MAP)
         for (int kind = 0; kind < PM_MAP_KINDS; kind++)
-            if (request->job.wanted.maps[kind].gather_count ||
-                request->job.wanted.maps[kind].gather_max)
+            if (!request->job.wanted.maps[kind].precomputed &&
+                (request->job.wanted.maps[kind].gather_count ||
+                 request->job.wanted.maps[kind].gather_max))
                 return refuse(err, pm_map_kind_name((pm_map_kind)kind),
                               "has \"gather\" or \"gather_max\", which have no meaning in a "
                               "job of kind map");

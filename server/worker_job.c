@@ -150,13 +150,18 @@ static void keep(void *context, const pm_digest *family, pm_map_kind kind, uint6
 
 /* ---- files of maps, piece by piece ---- */
 
+static const char *map_name(const struct worker *worker, pm_map_kind kind)
+{
+    return pm_map_wanted_name(&worker->job.wanted.maps[kind], kind);
+}
+
 static pm_status send_piece(struct worker *worker, pm_map_kind kind, pm_error *err)
 {
     struct outgoing *map = &worker->maps[kind];
     pm_status st = pm_memory_file_seal(map->file, err);
     if (!st) {
         pm_message answer = ask(
-            worker, pm_json_pack("{s:s, s:s}", "type", "piece", "name", pm_map_kind_name(kind)),
+            worker, pm_json_pack("{s:s, s:s}", "type", "piece", "name", map_name(worker, kind)),
             &map->file, 1);
         if (is_lost(worker) || !pm_json_get_bool(answer.json, "ok", false))
             st = pm_error_set(err, PM_E_IO, "the store does not take the map");
@@ -201,7 +206,7 @@ static pm_status end_maps(struct worker *worker, pm_error *err)
         if (!st && map->begun)
             tell(worker,
                  pm_json_pack("{s:s, s:s, s:s}", "type", "result", "name",
-                              pm_map_kind_name((pm_map_kind)kind), "format", "pm"),
+                              map_name(worker, (pm_map_kind)kind), "format", "pm"),
                  NULL, 0);
     }
     return st ? st : worker->lost.status;
@@ -246,7 +251,7 @@ static pm_status read_attachments(struct input *in, pm_job *job, pm_error *err)
         if (next >= in->count)
             return pm_error_set(err, PM_E_CORRUPT, "a job came without its map file");
         snprintf(in->names[kind], sizeof in->names[kind], "%s map",
-                 pm_map_kind_name((pm_map_kind)kind));
+                 pm_map_wanted_name(&job->wanted.maps[kind], (pm_map_kind)kind));
         job->files[kind] = (pm_map_file){in->data[next], in->size[next], in->names[kind]};
         next++;
     }

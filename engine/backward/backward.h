@@ -24,9 +24,9 @@
 /* What the maps are and how they are looked up during a pass. Absent maps are NULL. With -ab >
  * 0 each sample sends one gather ray from its first diffuse surface; passes average them. */
 typedef struct pm_backward_maps {
-    const pm_photon_map *map[PM_MAP_KINDS];
-    uint32_t gather_count[PM_MAP_KINDS]; /* N-nearest, if radius is 0 */
-    uint32_t gather_max[PM_MAP_KINDS];   /* > gather_count: N to so many, as bandwidth says */
+    const pm_photon_map *map[PM_MAP_KINDS]; /* a precomputed one in the place of the global */
+    uint32_t gather_count[PM_MAP_KINDS];    /* N-nearest, if radius is 0 */
+    uint32_t gather_max[PM_MAP_KINDS]; /* > gather_count: N to so many, as bandwidth says */
     pm_bandwidth bandwidth[PM_MAP_KINDS];
     double radius[PM_MAP_KINDS]; /* fixed radius [world units], if > 0. Progressive
                                     passes: the global map serves both, its specular
@@ -55,6 +55,13 @@ typedef enum pm_quantity {
  * ones. With -ab 0 only what comes by a specular surface counts, as on surfaces. Tests:
  * sensor_on_a_surface_sees_the_photons_there, sensor_in_free_space_sees_what_the_walls_send,
  * all_partitions_give_the_same_light. */
+
+/* For photons/precompute.h: pm_photon_map_nearest at the place of a photon, with the part of
+ * its disc left out that lies beyond the surface's edges or behind walls, as look-ups have it
+ * during a pass. `world` is a const pm_world *. Test:
+ * precomputed_corners_are_as_bright_as_they_are. */
+pm_estimate pm_estimate_at_photon(const void *world, const pm_photon_map *map, pm_vec3 point,
+                                  pm_vec3 normal, uint32_t gather_count, uint64_t i);
 
 /* Sums of the passes so far, of a picture or of sensors; 456 bytes a pixel or sensor. */
 typedef struct pm_accumulation pm_accumulation;

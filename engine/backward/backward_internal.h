@@ -65,7 +65,8 @@ pm_media pm_camera_media(const struct pm_camera *camera, const pm_world *world, 
 /* One question to a photon map. */
 struct pm_lookup {
     const pm_photon_map *map;
-    double radius; /* > 0, or the nearest: */
+    bool precomputed; /* the closest; else */
+    double radius;    /* > 0, or the nearest: */
     uint32_t gather_count;
     pm_gather_range range; /* most > 0: its number of photons instead */
     pm_photon_filter filter;
@@ -215,6 +216,10 @@ void pm_lookup_add(const struct pm_pass *pass, struct pm_waiting *waiting,
  * corners_and_edges_are_as_bright_as_they_are. */
 double pm_boundary_factor(const struct pm_pass *pass, const struct pm_spot *spot,
                           pm_vec3 normal, double radius, bool walls, pm_rng *rng);
+
+/* The mean of 16 such draws for precomputed photon i. */
+double pm_boundary_mean(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
+                        double radius, bool walls, uint64_t i);
 
 /* sight.c: photons behind a wall that stands on the surface do not count, nor does the part of
  * the disc behind it, though the surface may go on there. pm_walls_near says whether there may

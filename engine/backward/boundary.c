@@ -51,3 +51,15 @@ double pm_boundary_factor(const struct pm_pass *pass, const struct pm_spot *spot
     }
     return 1 + trials / fmax(successes, 1);
 }
+
+double pm_boundary_mean(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
+                        double radius, bool walls, uint64_t i)
+{
+    enum { DRAWS = 16 };
+    pm_rng rng;
+    double sum = 0;
+    pm_rng_init(&rng, 0, PM_RNG_PRECOMPUTE, i);
+    for (int draw = 0; draw < DRAWS; draw++)
+        sum += pm_boundary_factor(pass, spot, normal, radius, walls, &rng);
+    return sum / DRAWS;
+}

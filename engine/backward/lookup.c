@@ -1,4 +1,6 @@
 #include "backward/backward_internal.h"
+#include "base/warp.h"
+#include "photons/precompute.h"
 
 /* ---- which maps count where ---- */
 
@@ -27,11 +29,17 @@ static double radius_of(const pm_backward_maps *maps, pm_map_kind kind)
                                                             : UNKNOWN_RADIUS;
 }
 
+static bool is_precomputed(const pm_backward_maps *maps, pm_map_kind kind)
+{
+    return maps->map[kind] && pm_photon_map_header(maps->map[kind])->kind == PM_MAP_PRECOMPUTED;
+}
+
 static struct pm_lookup make_lookup(const pm_backward_maps *maps, pm_map_kind held,
                                     pm_map_kind kind, pm_photon_filter filter)
 {
     return (struct pm_lookup){
         .map = maps->map[held],
+        .precomputed = is_precomputed(maps, held),
         .radius = radius_of(maps, kind),
         .gather_count = maps->gather_count[kind],
         .range = {maps->gather_count[kind], maps->gather_max[kind], maps->bandwidth[kind]},
@@ -62,7 +70,8 @@ static void add_caustics(struct pm_vertex_rule *rule, const pm_backward_maps *ma
 /* All indirect light, the caustics from their own map if there is one. */
 static void add_indirect(struct pm_vertex_rule *rule, const pm_backward_maps *maps)
 {
-    bool apart = maps->map[PM_MAP_CAUSTIC] || maps->progressive;
+    bool apart = (maps->map[PM_MAP_CAUSTIC] && !is_precomputed(maps, PM_MAP_GLOBAL)) ||
+                 maps->progressive;
     add_lookup(rule, make_lookup(maps, PM_MAP_GLOBAL, PM_MAP_GLOBAL,
                                  apart ? PM_PHOTONS_NOT_SPECULAR : PM_PHOTONS_ALL));
     if (apart)
@@ -134,6 +143,65 @@ static pm_estimate ask(const struct pm_lookup *lookup, pm_vec3 point, pm_vec3 no
                                  lookup->filter, weight);
 }
 
+/* The closest photon in sight, as those that are asked come by. */
+struct closest {
+    double distance2;
+    pm_photon photon;
+};
+
+struct seeking {
+    const struct weighing *weighing;
+    struct closest *closest;
+};
+
+static pm_rgb take_closest(const void *context, const pm_photon *photon)
+{
+    const struct seeking *seeking = context;
+    const struct weighing *w = seeking->weighing;
+    pm_vec3 place = pm_photon_position(photon);
+    pm_vec3 way = pm_vec3_sub(place, w->spot->point);
+    double distance2 = pm_vec3_dot(way, way);
+    if (distance2 < seeking->closest->distance2 &&
+        pm_sees(w->pass, w->spot, w->normal, place, pm_photon_normal(photon)))
+        *seeking->closest = (struct closest){distance2, *photon};
+    return pm_rgb_grey(0);
+}
+
+/* A precomputed irradiance: of the closest photon; near walls, of the closest of a few that is
+ * in sight. */
+static pm_estimate ask_precomputed(const struct pm_lookup *lookup,
+                                   const struct weighing *weighing)
+{
+    enum { ASKED = 16 };
+    const struct pm_spot *spot = weighing->spot;
+    struct closest closest = {.distance2 = INFINITY};
+    const struct seeking seeking = {weighing, &closest};
+    size_t index;
+    pm_photon photon;
+    if (!pm_photon_map_closest(lookup->map, spot->point, weighing->normal, INFINITY, &index))
+        return (pm_estimate){.count = 0};
+    pm_photon_map_photon(lookup->map, index, &photon);
+    pm_vec3 place = pm_photon_position(&photon);
+    double distance = pm_vec3_distance(place, spot->point);
+    if (!(distance > 0) || !pm_walls_near(weighing->pass, spot, weighing->normal, distance) ||
+        pm_sees(weighing->pass, spot, weighing->normal, place, pm_photon_normal(&photon)))
+        return pm_precomputed_estimate(lookup->map, &photon);
+    pm_photon_map_nearest(lookup->map, spot->point, weighing->normal, ASKED, INFINITY,
+                          PM_PHOTONS_ALL, &(pm_photon_weight){take_closest, &seeking});
+    return isfinite(closest.distance2) ? pm_precomputed_estimate(lookup->map, &closest.photon)
+                                       : (pm_estimate){.count = 0};
+}
+
+/* A precomputed irradiance does not tell where light came from: as if evenly from the
+ * hemisphere, by one direction drawn from it. */
+static pm_rgb weight_from_anywhere(const pm_surface *surface, pm_vec3 normal, pm_rng *rng)
+{
+    double u = pm_rng_uniform(rng);
+    pm_frame frame = pm_frame_make(normal);
+    pm_vec3 wi = pm_warp_cosine(u, pm_rng_uniform(rng));
+    return pm_surface_photon_weight(surface, pm_frame_to_world(&frame, wi));
+}
+
 /* The share of an estimate's variance that all passes have in common. At the eye's vertex they
  * ask for the same photons. A gather ray asks elsewhere each time: the map holds about total /
  * count disjoint answers, and their mean is what all passes have in common; the rest shows as
@@ -156,7 +224,8 @@ void pm_lookup_add(const struct pm_pass *pass, struct pm_waiting *waiting,
     pm_estimate estimate = *first;
     if (!estimate.count)
         return;
-    bool walls = pm_walls_near(pass, spot, normal, estimate.radius);
+    bool area = !waiting->lookup->precomputed; /* which holds what follows */
+    bool walls = area && pm_walls_near(pass, spot, normal, estimate.radius);
     if (walls) { /* once more: what is in sight of all that */
         const struct weighing weighing = {pass, spot, normal, waiting->uniform, true};
         const pm_photon_weight each = {photon_weight, &weighing};
@@ -164,8 +233,11 @@ void pm_lookup_add(const struct pm_pass *pass, struct pm_waiting *waiting,
     }
     double share = common_share(pass, waiting->lookup, &estimate, waiting->vertex);
     double edges =
-        pm_boundary_factor(pass, spot, normal, estimate.radius, walls, &waiting->rng);
+        area ? pm_boundary_factor(pass, spot, normal, estimate.radius, walls, &waiting->rng)
+             : 1;
     pm_rgb here = pm_rgb_scale(waiting->weight, edges);
+    if (!area && !waiting->uniform)
+        here = pm_rgb_mul(here, weight_from_anywhere(spot->surface, normal, &waiting->rng));
     pm_rgb variance = pm_rgb_mul(pm_rgb_mul(here, here), estimate.variance);
     value->radiance = pm_rgb_add(value->radiance, pm_rgb_mul(here, estimate.irradiance));
     value->variance = pm_rgb_madd(value->variance, share, variance);
@@ -177,8 +249,10 @@ static void ask_now(const struct pm_pass *pass, struct pm_waiting *waiting,
     const struct pm_spot *spot = &waiting->spot;
     const struct weighing weighing = {pass, spot, waiting->normal, waiting->uniform, false};
     const pm_photon_weight each = {photon_weight, &weighing};
-    pm_estimate estimate =
-        ask(waiting->lookup, spot->point, waiting->normal, waiting->uniform ? NULL : &each);
+    pm_estimate estimate = waiting->lookup->precomputed
+                               ? ask_precomputed(waiting->lookup, &weighing)
+                               : ask(waiting->lookup, spot->point, waiting->normal,
+                                     waiting->uniform ? NULL : &each);
     pm_lookup_add(pass, waiting, &estimate, value);
 }
 
@@ -205,7 +279,8 @@ static void add_side(const struct pm_pass *pass, const struct pm_spot *spot, uns
     for (int i = 0; i < rule->lookup_count; i++) {
         waiting.lookup = &rule->lookups[i];
         pm_rng_bounce(&waiting.rng, ++sampler->lookups);
-        if (sampler->queue && uniform && !waiting.lookup->range.most)
+        if (sampler->queue && uniform && !waiting.lookup->range.most &&
+            !waiting.lookup->precomputed)
             pm_queue_add(pass, sampler->queue, &waiting, sampler->slot);
         else
             ask_now(pass, &waiting, value);
@@ -218,4 +293,24 @@ void pm_lookup_surface(const struct pm_pass *pass, const struct pm_spot *spot,
 {
     add_side(pass, spot, PM_SIDE_NEAR, throughput, vertex, sampler, value);
     add_side(pass, spot, PM_SIDE_FAR, throughput, vertex, sampler, value);
+}
+
+pm_estimate pm_estimate_at_photon(const void *world, const pm_photon_map *map, pm_vec3 point,
+                                  pm_vec3 normal, uint32_t gather_count, uint64_t i)
+{
+    const struct pm_pass pass = {.world = world};
+    const struct pm_spot spot = {.point = point, .from = PM_NO_PRIMITIVE};
+    const struct pm_lookup lookup = {.map = map, .gather_count = gather_count};
+    pm_estimate e = ask(&lookup, point, normal, NULL);
+    if (!e.count)
+        return e;
+    bool walls = pm_walls_near(&pass, &spot, normal, e.radius);
+    if (walls) {
+        const struct weighing weighing = {&pass, &spot, normal, true, true};
+        e = ask(&lookup, point, normal, &(pm_photon_weight){photon_weight, &weighing});
+    }
+    double edges = pm_boundary_mean(&pass, &spot, normal, e.radius, walls, i);
+    e.irradiance = pm_rgb_scale(e.irradiance, edges);
+    e.variance = pm_rgb_scale(e.variance, edges * edges);
+    return e;
 }

@@ -14,7 +14,8 @@ typedef enum pm_rng_purpose {
     PM_RNG_PREPASS = 2,  /* forward paths of the storage-probability pre-run */
     PM_RNG_CAMERA = 3,   /* backward paths; index = pass << 32 | pixel or sensor */
     PM_RNG_SCRAMBLE = 4, /* Sobol scrambles; index = replicate */
-    PM_RNG_SURVEY = 5    /* paths of scene check; index = path number */
+    PM_RNG_SURVEY = 5,   /* paths of scene check; index = path number */
+    PM_RNG_PRECOMPUTE = 20 /* places about precomputed photons; index = photon */
 } pm_rng_purpose;
 
 typedef struct pm_rng {

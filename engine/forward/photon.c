@@ -9,8 +9,8 @@
 const char *pm_map_kind_name(pm_map_kind kind)
 {
     static const char *const names[PM_MAP_KINDS] = {"global", "caustic", "volume"};
-    assert(kind < PM_MAP_KINDS);
-    return names[kind];
+    assert(kind < PM_MAP_KINDS || kind == PM_MAP_PRECOMPUTED);
+    return kind == PM_MAP_PRECOMPUTED ? "precomputed" : names[kind];
 }
 
 /* ---- directions: the sphere unfolded to an octahedron's square [-1, 1]^2 ----

@@ -15,9 +15,13 @@ typedef enum pm_map_kind {
     PM_MAP_CAUSTIC, /* those whose last event was specular or glossy: L(D|S)*S+D */
     PM_MAP_VOLUME,  /* every scattering in a medium, the first included */
     PM_MAP_KINDS,
+    /* Made of a global map and looked up in its place (photons/precompute.h): no kind that the
+     * forward pass knows, but one that a map file may have. */
+    PM_MAP_PRECOMPUTED = 16,
 } pm_map_kind;
 
-const char *pm_map_kind_name(pm_map_kind kind); /* "global", "caustic", "volume" */
+/* "global", "caustic", "volume", "precomputed" */
+const char *pm_map_kind_name(pm_map_kind kind);
 
 enum {
     PM_BATCH_PATHS = 65536,

@@ -221,7 +221,8 @@ static void take_digest(pm_reader *reader, pm_digest *out)
 
 static bool header_makes_sense(const pm_map_header *h)
 {
-    return (unsigned)h->kind < PM_MAP_KINDS && h->paths > 0 && isfinite(h->flux_scale) &&
+    bool known = (unsigned)h->kind < PM_MAP_KINDS || h->kind == PM_MAP_PRECOMPUTED;
+    return known && h->paths > 0 && isfinite(h->flux_scale) &&
            h->flux_scale >= 0 && isfinite(h->world_scale) && h->world_scale > 0 &&
            pm_vec3_finite(h->world_center) && h->storage_probability > 0 &&
            h->storage_probability <= 1 && pm_rgb_finite(h->emitted) &&

@@ -188,8 +188,8 @@ pm_rgb pm_photon_map_mean_flux(const pm_photon_map *map)
 {
     if (!map->count)
         return (pm_rgb){0, 0, 0};
-    double area = map->header.world_scale * map->header.world_scale;
-    double scale =
-        map->header.flux_scale * area / (double)map->header.paths / (double)map->count;
+    double scale = map->header.flux_scale / (double)map->count;
+    if (map->header.kind != PM_MAP_PRECOMPUTED)
+        scale *= map->header.world_scale * map->header.world_scale / (double)map->header.paths;
     return pm_rgb_scale(map->flux_sum, scale);
 }

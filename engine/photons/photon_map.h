@@ -76,7 +76,8 @@ const pm_map_header *pm_photon_map_header(const pm_photon_map *map);
 size_t pm_photon_map_count(const pm_photon_map *map);
 /* Photon i < count of the stored order. */
 void pm_photon_map_photon(const pm_photon_map *map, size_t i, pm_photon *out);
-pm_rgb pm_photon_map_mean_flux(const pm_photon_map *map); /* a photon [W, scene units] */
+/* A photon [W, scene units]; of a precomputed map its irradiance [W/m^2], to ten bits. */
+pm_rgb pm_photon_map_mean_flux(const pm_photon_map *map);
 size_t pm_photon_map_bytes(const pm_photon_map *map);     /* of memory */
 
 /* ---- density estimation; flux densities in W / scale^2 per world area = W/m^2 ----

@@ -24,6 +24,46 @@ static uint32_t gather_of(const pm_map_wanted *map)
     return map->gather_count ? map->gather_count : DEFAULT_GATHER;
 }
 
+const char *pm_map_wanted_name(const pm_map_wanted *map, pm_map_kind kind)
+{
+    return pm_map_kind_name(map->precomputed ? PM_MAP_PRECOMPUTED : kind);
+}
+
+static double fraction_of(const pm_map_wanted *map)
+{
+    return map->fraction != 0 ? map->fraction : PM_PRECOMPUTE_FRACTION;
+}
+
+static pm_status check_precomputed(const pm_map_wanted *map, int kind, pm_error *err)
+{
+    double fraction = fraction_of(map);
+    if (!map->precomputed)
+        return PM_OK;
+    if (kind != PM_MAP_GLOBAL)
+        return pm_error_set(err, PM_E_RANGE, "a precomputed %s map; only global maps are",
+                            pm_map_kind_name((pm_map_kind)kind));
+    if (map->gather_max)
+        return pm_error_set(err, PM_E_RANGE,
+                            "a second number of photons an estimate of the precomputed map; "
+                            "give one");
+    if (map->passes)
+        return pm_error_set(err, PM_E_RANGE, "a sequence of precomputed maps; give one pass");
+    if (map->from_file)
+        return PM_OK;
+    if (gather_of(map) > map->count)
+        return pm_error_set(err, PM_E_RANGE,
+                            "irradiance precomputed from %" PRIu32
+                            " photons of a map of %" PRIu64
+                            "; give fewer photons an estimate, or more photons",
+                            gather_of(map), map->count);
+    if (!(fraction > 0 && fraction <= 1))
+        return pm_error_set(err, PM_E_RANGE,
+                            "irradiance precomputed for a fraction %g of the photons; must be "
+                            "greater than 0, at most 1",
+                            fraction);
+    return PM_OK;
+}
+
 static pm_status check_wanted(const pm_wanted *wanted, int kind, pm_error *err)
 {
     const pm_map_wanted *map = &wanted->maps[kind];
@@ -44,7 +84,7 @@ static pm_status check_wanted(const pm_wanted *wanted, int kind, pm_error *err)
                             "%" PRIu32 " to %" PRIu32 " photons an estimate of the %s map; the "
                             "second number must be the greater one",
                             gather_of(map), map->gather_max, name);
-    return PM_OK;
+    return check_precomputed(map, kind, err);
 }
 
 /* Did the user ask for that kind of light at all? */
@@ -138,6 +178,8 @@ pm_status pm_plan_make(const pm_world *world, const pm_wanted *wanted, pm_plan *
         pass->gather_count = gather_of(&wanted->maps[kind]);
         pass->gather_max = wanted->maps[kind].gather_max;
         pass->bandwidth = wanted->maps[kind].bandwidth;
+        if (wanted->maps[kind].precomputed && !wanted->maps[kind].from_file)
+            pass->fraction = fraction_of(&wanted->maps[kind]);
     }
     *out = plan;
     return PM_OK;

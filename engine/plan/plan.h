@@ -24,6 +24,8 @@
  *   L ... V D E  (last event V)     | gather rays        | global map          | none
  *   volume in-scatter on the way    | volume map         | volume map          | volume map
  *
+ * A precomputed map stands in for the global map. It holds the caustics, too, so with -ab < 0 a
+ * caustic map given beside it is not asked.
  * A gather ray ends at its first diffuse surface: there next event and the whole global map.
  * With a caustic map it ends in darkness at specular surfaces; without one it goes through
  * them. Progressive passes count as -ab < 0 with both maps (for -ab 0: as -ab 0).
@@ -43,7 +45,14 @@ typedef struct pm_map_wanted {
     uint32_t gather_count; /* photons an estimate; 0 = 40 */
     uint32_t gather_max;   /* > gather_count: that many or fewer, as bandwidth says; 0: fixed */
     pm_bandwidth bandwidth;
+    bool precomputed; /* of the global map: irradiance from gather_count photons at */
+    double fraction;  /* this share of them, the rest dropped; 0 = .25; not of files */
 } pm_map_wanted;
+
+/* What it is called: "precomputed", or as its kind. */
+const char *pm_map_wanted_name(const pm_map_wanted *map, pm_map_kind kind);
+
+#define PM_PRECOMPUTE_FRACTION .25 /* by default */
 
 typedef struct pm_wanted {
     pm_estimator estimator;
@@ -56,6 +65,7 @@ typedef struct pm_plan_pass {
     uint64_t count;
     uint32_t gather_count, gather_max;
     pm_bandwidth bandwidth;
+    double fraction;  /* of a precomputed map that is made, else 0 */
     char reason[160]; /* in words why it is made or left out */
 } pm_plan_pass;
 

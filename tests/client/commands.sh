@@ -62,6 +62,25 @@ body_of() {
 [ "$(body_of bias.hdr)" != "$(body_of fixed.hdr)" ] || fail "K2 changes nothing"
 [ "$(body_of bias.hdr)" != "$(body_of chi2.hdr)" ] || fail "--bandwidth changes nothing"
 
+# Precomputed maps.
+expect 0 "cache: miss" "$pm" mkpmap -app box.pgpm 4k 50 -apf .3 -apr 9 box.rad
+expect 0 "cache: hit" "$pm" mkpmap -fo -app again.pgpm 4k 50 -apP .3 -apr 9 box.rad
+expect 0 "Kind:         precomputed" "$pm" pmapinfo box.pgpm
+kept=$("$pm" pmapinfo box.pgpm | sed -n 's/^Photons: *//p')
+[ "$kept" -ge 1200 ] && [ "$kept" -le 1210 ] || fail "$kept precomputed photons instead of 1200"
+[ "$("$pm" pmapdump -f -a -n 100 box.pgpm | awk 'NF == 6' | wc -l)" = 100 ] || fail "pmapdump"
+key=$("$pm" map list -q | sed -n 's/ .*precomputed.*//p')
+"$pm" map info "$key" >/dev/null || fail "the precomputed map is not kept as $key"
+"$pm" rpict -ab -1 -app box.pgpm $view box.rad >app.hdr || fail "rpict -app"
+"$pm" rpict -ab -1 -app box.pgpm 1 $view box.rad >app1.hdr || fail "rpict -app FILE 1"
+"$pm" rpict -ab -1 -ap box.pgpm $view box.rad >ap.hdr || fail "rpict -ap of a precomputed map"
+"$pm" render -ab -1 -app 4k 50 -apP .3 -apr 9 $view -o app.exr box.rad || fail "render -app"
+[ "$(body_of app.hdr)" = "$(body_of ap.hdr)" ] || fail "-ap and -app differ"
+[ "$(body_of app.hdr)" = "$(body_of app1.hdr)" ] || fail "-app FILE and -app FILE 1 differ"
+expect 1 "holds precomputed photons, but is given as the global map" "$pm" rpict -apg box.pgpm $view box.rad
+expect 1 "holds global photons, but is given as the precomputed map" "$pm" rpict -app box.gpm $view box.rad
+expect 1 "leave out the number behind it" "$pm" rpict -ap box.pgpm 50 $view box.rad
+
 expect 0 "cache: hit" "$pm" render box.rad $view -apg 5k 50 -apc 2k 50 -o a.exr
 expect 0 "cache: miss" "$pm" render box.rad $view -apr 3 -apg 5k 50 -o b.exr -o b.hdr -o b.png
 expect 0 "cache: hit" "$pm" render box.rad $view -apr 3 -apg 5k 50 -o c.exr

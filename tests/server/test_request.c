@@ -99,6 +99,26 @@ static void naming_a_map_makes_a_job_of_nearest_photons(void **state)
     pm_request_clear(&request);
 }
 
+static void a_precomputed_map_stands_in_for_the_global_one(void **state)
+{
+    (void)state;
+    pm_request request;
+    assert_int_equal(parse(HEAD "\"map\", \"precomputed\": {\"count\": 5000, \"gather\": 60, "
+                                "\"fraction\": 0.5}}",
+                           &request, NULL),
+                     PM_OK);
+    const pm_map_wanted *wanted = &request.job.wanted.maps[PM_MAP_GLOBAL];
+    assert_true(wanted->wanted && wanted->precomputed && wanted->fraction == .5);
+    assert_int_equal(wanted->gather_count, 60);
+    pm_request_clear(&request);
+    assert_int_equal(
+        parse(HEAD "\"render\", \"precomputed\": {\"map\": \"" ID "\"}}", &request, NULL),
+        PM_OK);
+    assert_true(request.job.wanted.maps[PM_MAP_GLOBAL].precomputed);
+    assert_true(request.has_map_file[PM_MAP_GLOBAL]);
+    pm_request_clear(&request);
+}
+
 static void contradictions_name_their_member(void **state)
 {
     (void)state;
@@ -113,6 +133,18 @@ static void contradictions_name_their_member(void **state)
     assert_refused(HEAD "\"render\", \"global\": {\"count\": 5, \"gather\": 50, "
                         "\"gather_max\": 500, \"bandwidth\": \"wide\"}}",
                    "global.bandwidth");
+    assert_refused(HEAD "\"map\", \"precomputed\": {\"count\": 30}}", "precomputed");
+    assert_refused(HEAD "\"map\", \"precomputed\": {\"count\": 50, \"gather\": 51}}",
+                   "precomputed");
+    assert_refused(HEAD "\"map\", \"precomputed\": {\"count\": 50, \"fraction\": 0}}",
+                   "precomputed.fraction");
+    assert_refused(HEAD "\"map\", \"precomputed\": {\"count\": 50, \"fraction\": 1.1}}",
+                   "precomputed.fraction");
+    assert_refused(HEAD "\"map\", \"precomputed\": {\"count\": 50}, \"global\": "
+                        "{\"count\": 50}}",
+                   "precomputed");
+    assert_refused(HEAD "\"render\", \"precomputed\": {\"map\": \"" ID "\", \"gather\": 5}}",
+                   "precomputed");
     assert_refused(HEAD "\"render\", \"global\": {}}", "global");
     assert_refused(HEAD "\"render\", \"volume\": {\"count\": 5, \"map\": \"" ID "\"}}",
                    "volume");
@@ -301,6 +333,7 @@ int main(void)
         cmocka_unit_test(a_view_means_the_same_as_members_and_as_text),
         cmocka_unit_test(pixels_need_not_be_square),
         cmocka_unit_test(naming_a_map_makes_a_job_of_nearest_photons),
+        cmocka_unit_test(a_precomputed_map_stands_in_for_the_global_one),
         cmocka_unit_test(contradictions_name_their_member),
         cmocka_unit_test(what_is_stored_where_is_read),
         cmocka_unit_test(surroundings_are_read),
