@@ -20,13 +20,30 @@ void pm_tree_builder_free(void *builder)
 
 /* ---- items ---- */
 
-/* Corners of one of the two triangles of a piece. */
-static void piece_corners(const struct pm_piece *p, int second, pm_vec3 out[3])
+/* What of a piece a primitive is: one of its triangles, or both if they make a parallelogram.
+ */
+enum { FIRST, SECOND, BOTH };
+
+static pm_vec3 piece_corner(const struct pm_piece *p, int i)
 {
-    for (int i = 0; i < 3; i++) {
-        int k = second && i ? i + 1 : i; /* 0 1 2, 0 2 3 */
-        out[i] = pm_vec3_make(p->corner[0][k], p->corner[1][k], p->corner[2][k]);
-    }
+    return pm_vec3_make(p->corner[0][i], p->corner[1][i], p->corner[2][i]);
+}
+
+/* Corners of one of the two triangles of a piece. */
+static void piece_corners(const struct pm_piece *p, bool second, pm_vec3 out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = piece_corner(p, second && i ? i + 1 : i); /* 0 1 2, 0 2 3 */
+}
+
+/* Whether four corners, or three and the first again, go round a parallelogram: so well that in
+ * float it is one. */
+static bool is_parallelogram(const struct pm_piece *p)
+{
+    double off = 0;
+    for (int i = 0; i < 3; i++)
+        off += fabs(p->corner[i][0] + p->corner[i][2] - p->corner[i][1] - p->corner[i][3]);
+    return off <= 0x1p-24;
 }
 
 static bool is_single(const struct pm_piece *p)
@@ -35,7 +52,7 @@ static bool is_single(const struct pm_piece *p)
            p->corner[2][0] == p->corner[2][3];
 }
 
-static void triangle_corners(const struct pm_ray_tree *tree, uint32_t item, int second,
+static void triangle_corners(const struct pm_ray_tree *tree, uint32_t item, bool second,
                              pm_vec3 out[3])
 {
     const struct pm_mesh_body *m = &tree->body->mesh;
@@ -47,14 +64,15 @@ static void triangle_corners(const struct pm_ray_tree *tree, uint32_t item, int 
         out[i] = m->positions[m->mesh->triangles[item].corner[i]];
 }
 
-static void item_bounds(const struct pm_ray_tree *tree, uint32_t item, int second, pm_vec3 *low,
-                        pm_vec3 *high)
+static void item_bounds(const struct pm_ray_tree *tree, uint32_t item, unsigned part,
+                        pm_vec3 *low, pm_vec3 *high)
 {
     if (item < tree->flat_count) {
-        pm_vec3 p[3];
-        triangle_corners(tree, item, second, p);
-        *low = pm_vec3_min(pm_vec3_min(p[0], p[1]), p[2]);
-        *high = pm_vec3_max(pm_vec3_max(p[0], p[1]), p[2]);
+        pm_vec3 p[4];
+        triangle_corners(tree, item, part == SECOND, p);
+        p[3] = part == BOTH ? piece_corner(&tree->pieces.piece[item], 3) : p[0];
+        *low = pm_vec3_min(pm_vec3_min(p[0], p[1]), pm_vec3_min(p[2], p[3]));
+        *high = pm_vec3_max(pm_vec3_max(p[0], p[1]), pm_vec3_max(p[2], p[3]));
         return;
     }
     item -= tree->flat_count;
@@ -68,14 +86,14 @@ static void item_bounds(const struct pm_ray_tree *tree, uint32_t item, int secon
 }
 
 static struct RTCBuildPrimitive primitive_of(const struct pm_ray_tree *tree, uint32_t item,
-                                             int second)
+                                             unsigned part)
 {
     pm_vec3 low, high;
-    item_bounds(tree, item, second, &low, &high);
+    item_bounds(tree, item, part, &low, &high);
     return (struct RTCBuildPrimitive){.lower_x = (float)(low.x - PM_TREE_MARGIN),
                                       .lower_y = (float)(low.y - PM_TREE_MARGIN),
                                       .lower_z = (float)(low.z - PM_TREE_MARGIN),
-                                      .geomID = (unsigned)second,
+                                      .geomID = part,
                                       .upper_x = (float)(high.x + PM_TREE_MARGIN),
                                       .upper_y = (float)(high.y + PM_TREE_MARGIN),
                                       .upper_z = (float)(high.z + PM_TREE_MARGIN),
@@ -156,17 +174,39 @@ static struct RTCBounds bounds_of(const struct RTCBuildPrimitive *p)
                               .upper_z = p->upper_z};
 }
 
+/* From corner p[0] along p[1] and p[2]. A triangle without area has NaN, and is always tested.
+ */
+static void set_plane(struct pm_tree_leaf *leaf, unsigned lane, const pm_vec3 p[3])
+{
+    pm_vec3 a = pm_vec3_sub(p[1], p[0]), b = pm_vec3_sub(p[2], p[0]);
+    pm_vec3 across = pm_vec3_cross(a, b);
+    double square = pm_vec3_dot(across, across), length = sqrt(square);
+    const pm_vec3 row[3] = {pm_vec3_scale(across, 1 / length),
+                            pm_vec3_scale(pm_vec3_cross(b, across), 1 / square),
+                            pm_vec3_scale(pm_vec3_cross(across, a), 1 / square)};
+    for (int i = 0; i < 3; i++) {
+        float(*out)[PM_TREE_WIDTH] = i ? leaf->along[i - 1] : leaf->plane;
+        double offset = pm_vec3_dot(row[i], p[0]);
+        out[0][lane] = (float)row[i].x;
+        out[1][lane] = (float)row[i].y;
+        out[2][lane] = (float)row[i].z;
+        out[3][lane] = (float)(i ? -offset : offset);
+    }
+    leaf->steep[lane] = (float)fmax(pm_vec3_length(row[1]), pm_vec3_length(row[2]));
+}
+
 static void set_lane(const struct pm_ray_tree *tree, struct pm_tree_leaf *leaf, unsigned lane,
                      const struct RTCBuildPrimitive *primitive)
 {
     pm_vec3 p[3] = {{NAN, NAN, NAN}, {NAN, NAN, NAN}, {NAN, NAN, NAN}};
-    if (primitive->primID < tree->flat_count)
-        triangle_corners(tree, primitive->primID, (int)primitive->geomID, p);
-    for (int i = 0; i < 3; i++) {
-        leaf->corner[i][0][lane] = (float)p[i].x;
-        leaf->corner[i][1][lane] = (float)p[i].y;
-        leaf->corner[i][2][lane] = (float)p[i].z;
+    if (primitive->primID < tree->flat_count) {
+        triangle_corners(tree, primitive->primID, primitive->geomID == SECOND, p);
+        leaf->flat |= 1U << lane;
     }
+    if (primitive->geomID == BOTH)
+        p[2] = piece_corner(&tree->pieces.piece[primitive->primID], 3);
+    set_plane(leaf, lane, p);
+    leaf->most[lane] = primitive->geomID == BOTH ? 2 : 1;
     leaf->item[lane] = primitive->primID;
     leaf->surface[lane] = flat_surface(tree, primitive->primID);
     if (leaf->boxes)
@@ -229,34 +269,57 @@ static size_t list_primitives(const struct pm_ray_tree *tree, size_t items,
 {
     size_t count = 0;
     for (uint32_t i = 0; i < items; i++) {
-        out[count++] = primitive_of(tree, i, 0);
-        if (i < tree->pieces.count && !is_single(&tree->pieces.piece[i]))
-            out[count++] = primitive_of(tree, i, 1);
+        const struct pm_piece *piece = i < tree->pieces.count ? &tree->pieces.piece[i] : NULL;
+        bool two = piece && !is_single(piece), both = two && is_parallelogram(piece);
+        out[count++] = primitive_of(tree, i, both ? BOTH : FIRST);
+        if (two && !both)
+            out[count++] = primitive_of(tree, i, SECOND);
     }
     return count;
+}
+
+/* How many of the first primitives make a leaf: as many as it holds that have a plane, or have
+ * none. */
+static size_t leaf_size(const struct pm_ray_tree *tree,
+                        const struct RTCBuildPrimitive *primitives, size_t count)
+{
+    size_t i = 0;
+    bool flat = primitives[0].primID < tree->flat_count;
+    while (i < count && i < PM_TREE_WIDTH && (primitives[i].primID < tree->flat_count) == flat)
+        i++;
+    return i;
 }
 
 /* Leaves one after the other, without a tree. */
 static pm_status list(struct pm_ray_tree *tree, const struct RTCBuildPrimitive *primitives,
                       size_t count, pm_error *err)
 {
-    enum { MOST = PM_TREE_FEW / PM_TREE_WIDTH };
-    struct pm_tree_leaf *leaves =
-        aligned_alloc(alignof(struct pm_tree_leaf), MOST * sizeof *leaves);
+    struct pm_tree_leaf *leaf =
+        aligned_alloc(alignof(struct pm_tree_leaf), PM_TREE_FEW * sizeof *leaf);
     struct pm_tree_node *boxes =
-        aligned_alloc(alignof(struct pm_tree_node), MOST * sizeof *boxes);
-    tree->few = leaves;
+        aligned_alloc(alignof(struct pm_tree_node), PM_TREE_FEW * sizeof *boxes);
+    tree->few = leaf;
     tree->few_boxes = boxes;
-    if (!leaves || !boxes)
+    if (!leaf || !boxes)
         return no_memory(err);
-    for (size_t i = 0; i < count; i += PM_TREE_WIDTH, leaves++, boxes++) {
-        size_t some = count - i < PM_TREE_WIDTH ? count - i : PM_TREE_WIDTH;
+    for (size_t done = 0; done < count; leaf++, boxes++) {
+        size_t size = leaf_size(tree, primitives + done, count - done);
         clear_node(boxes);
-        fill_leaf(tree, leaves, has_round(tree, primitives + i, some) ? boxes : NULL,
-                  primitives + i, some);
+        fill_leaf(tree, leaf, has_round(tree, primitives + done, size) ? boxes : NULL,
+                  primitives + done, size);
         tree->few_count++;
+        done += size;
     }
     return PM_OK;
+}
+
+static bool is_few(const struct pm_ray_tree *tree, const struct RTCBuildPrimitive *primitives,
+                   size_t count)
+{
+    size_t done = 0;
+    for (int leaves = 0; done < count && leaves < PM_TREE_FEW; leaves++)
+        done += leaf_size(tree, primitives + done, count - done);
+    return done == count;
 }
 
 static pm_status build(struct pm_ray_tree *tree, RTCDevice device,
@@ -303,8 +366,9 @@ pm_status pm_ray_tree_build(struct pm_ray_tree *tree, void *builder, const struc
     if (!primitives)
         return no_memory(err);
     size_t count = list_primitives(tree, items, primitives);
-    pm_status status = count <= PM_TREE_FEW ? list(tree, primitives, count, err)
-                                            : build(tree, builder, primitives, count, err);
+    pm_status status = is_few(tree, primitives, count)
+                           ? list(tree, primitives, count, err)
+                           : build(tree, builder, primitives, count, err);
     free(primitives);
     return status;
 }

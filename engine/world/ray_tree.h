@@ -26,18 +26,23 @@ struct pm_tree_node {
     pm_tree_link child[PM_TREE_WIDTH];
 };
 
-/* Up to eight items. What is no triangle has NaN for corners; its box is in `boxes`. */
+/* Up to eight items. A triangle or parallelogram as a plane and two coordinates in it, 0 at the
+ * first corner and 1 at the next ones. What is neither has NaN there; its box is in `boxes`. */
 struct pm_tree_leaf {
-    alignas(32) float corner[3][3][PM_TREE_WIDTH]; /* [corner][axis] */
+    alignas(32) float plane[4][PM_TREE_WIDTH]; /* x y z of the unit normal; offset */
+    float along[2][4][PM_TREE_WIDTH];          /* u, v = x y z of it . point + the last */
+    float steep[PM_TREE_WIDTH];                /* greatest change of u or v with the point */
+    float most[PM_TREE_WIDTH];                 /* of u + v: 1 in a triangle, else 2 */
     uint32_t item[PM_TREE_WIDTH];
     uint32_t surface[PM_TREE_WIDTH]; /* of the body, if it is flat and so never meets a ray that
                                         starts from it; else PM_NO_PRIMITIVE */
-    struct pm_tree_node *boxes;      /* NULL: all are triangles */
+    struct pm_tree_node *boxes;      /* NULL: none is needed */
     unsigned lanes;                  /* bits of those that are taken */
+    unsigned flat;                   /* of those that have a plane */
 };
 
-/* A body with so few triangles and the like needs no tree: all of it is tested. */
-enum { PM_TREE_FEW = 3 * PM_TREE_WIDTH };
+/* A body with so few leaves needs no tree: all of it is tested. */
+enum { PM_TREE_FEW = 4 };
 
 /* Items are numbered: pieces of polygons or a mesh's triangles, then round shapes (those that
  * are no polygons), then instances. */

@@ -22,9 +22,7 @@ struct pm_rays {
 struct lanes {
     __m256 origin[3], near[3], far[3]; /* inverse direction, a little short and a little long */
     unsigned signs;                    /* bits of the negative directions */
-    __m256 turned[3], shear[2], depth; /* as the exact tests see it (watertight.h): its greatest
-                                          direction last; depth: inverse of that */
-    int axis[3];
+    __m256 direction[3], slack;        /* see candidate_planes */
     __m256i from; /* number in the body of the surface that it starts from, or none */
 };
 
@@ -67,12 +65,9 @@ static inline void set_lanes(struct lanes *l, const struct pm_probe *p)
         l->origin[i] = spread(origin, i);
         l->near[i] = spread(near, i);
         l->far[i] = spread(far, i);
-        l->axis[i] = p->axis[i];
-        l->turned[i] = spread(origin, p->axis[i]);
+        l->direction[i] = spread(direction, i);
     }
-    l->shear[0] = _mm256_set1_ps((float)p->shear[0]);
-    l->shear[1] = _mm256_set1_ps((float)p->shear[1]);
-    l->depth = spread(inverse, p->axis[2]);
+    l->slack = _mm256_set1_ps(0x1p-18F + 4 * (float)p->tolerance);
     bool own = p->from != PM_NO_PRIMITIVE && !p->foreign;
     l->from = _mm256_set1_epi32(own ? (int)(p->from - p->base) : -2);
 }
@@ -103,44 +98,19 @@ static inline unsigned enter_boxes(const struct pm_tree_node *node, const struct
     return (unsigned)_mm256_movemask_ps(_mm256_cmp_ps(in, out, _CMP_LE_OQ));
 }
 
-/* ---- triangles ---- */
-
-/* Corners are off by at most 4 * 2^-22 after the shear: rounded by 2^-24, the origin too, their
- * difference by 2^-23, and what the shear adds is less than twice that. */
-#define CORNER_ERROR 0x1p-20F
+/* ---- triangles and parallelograms ---- */
 
 static inline __m256 absolute(__m256 v)
 {
     return _mm256_andnot_ps(_mm256_set1_ps(-0.0F), v);
 }
 
-/* Three corners seen along the ray, which is the z axis. */
-struct sheared {
-    __m256 x[3], y[3], t[3], reach;
-};
-
-static inline void shear(const struct pm_tree_leaf *leaf, const struct lanes *l,
-                         struct sheared *s)
+static inline __m256 dot(const float row[3][PM_TREE_WIDTH], const __m256 v[3], __m256 sum)
 {
-    const int *axis = l->axis;
-    s->reach = _mm256_setzero_ps();
 #pragma GCC unroll 3
-    for (int i = 0; i < 3; i++) {
-        __m256 z = _mm256_sub_ps(_mm256_load_ps(leaf->corner[i][axis[2]]), l->turned[2]);
-        __m256 x = _mm256_sub_ps(_mm256_load_ps(leaf->corner[i][axis[0]]), l->turned[0]);
-        __m256 y = _mm256_sub_ps(_mm256_load_ps(leaf->corner[i][axis[1]]), l->turned[1]);
-        s->x[i] = _mm256_fnmadd_ps(l->shear[0], z, x);
-        s->y[i] = _mm256_fnmadd_ps(l->shear[1], z, y);
-        s->t[i] = _mm256_mul_ps(z, l->depth);
-        __m256 reach = _mm256_add_ps(absolute(s->x[i]), absolute(s->y[i]));
-        s->reach = _mm256_add_ps(s->reach, reach);
-    }
-}
-
-/* The side of the ray on which an edge passes. */
-static inline __m256 edge(const struct sheared *s, int i, int k)
-{
-    return _mm256_fmsub_ps(s->x[i], s->y[k], _mm256_mul_ps(s->y[i], s->x[k]));
+    for (int i = 0; i < 3; i++)
+        sum = _mm256_fmadd_ps(_mm256_load_ps(row[i]), v[i], sum);
+    return sum;
 }
 
 /* Bit of the flat surface that the ray starts from: it meets that nowhere else. */
@@ -151,58 +121,56 @@ static inline unsigned itself(const struct pm_tree_leaf *leaf, const struct lane
     return (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(same));
 }
 
-/* What is no triangle may be met where its box is. */
-static unsigned candidate_boxes(const struct pm_tree_leaf *leaf, const struct lanes *l,
-                                float end, float start[PM_TREE_WIDTH], __m256 low)
+/* Bits of what the ray may pass through before `end`, and from where on.
+ *
+ * Distances to a plane are off by at most 2^-20 (three products, their rounded factors, the
+ * rounded offset), cosines by 2^-21, so places along the ray of at most 2 sqrt(3) by 3 * 2^-20
+ * over the cosine, and coordinates by that and 2^-20, times their steepness. `slack` is more
+ * than that, and more than what planes of coincident surfaces are moved by. Nearly along a
+ * plane nothing is known. */
+static inline unsigned candidate_planes(const struct pm_tree_leaf *leaf, const struct lanes *l,
+                                        float end, float start[PM_TREE_WIDTH])
 {
-    unsigned bits = enter_boxes(leaf->boxes, l, end, start);
-    __m256 entry = _mm256_load_ps(start);
-    __m256 round = _mm256_cmp_ps(_mm256_load_ps(leaf->corner[0][0]), low, _CMP_UNORD_Q);
-    _mm256_store_ps(start, _mm256_blendv_ps(low, entry, round));
-    return bits;
+    const __m256 zero = _mm256_setzero_ps(), one = _mm256_set1_ps(1);
+    __m256 height =
+        _mm256_sub_ps(dot(leaf->plane, l->origin, zero), _mm256_load_ps(leaf->plane[3]));
+    __m256 inverse = _mm256_div_ps(one, dot(leaf->plane, l->direction, zero));
+    __m256 t = _mm256_mul_ps(_mm256_sub_ps(zero, height), inverse), point[3];
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; i++)
+        point[i] = _mm256_fmadd_ps(t, l->direction[i], l->origin[i]);
+    __m256 u = dot(leaf->along[0], point, _mm256_load_ps(leaf->along[0][3]));
+    __m256 v = dot(leaf->along[1], point, _mm256_load_ps(leaf->along[1][3]));
+    __m256 steep = absolute(inverse), slack = _mm256_fmadd_ps(steep, l->slack, l->slack);
+    __m256 beyond = _mm256_sub_ps(_mm256_max_ps(u, v), one);
+    __m256 corner = _mm256_sub_ps(_mm256_add_ps(u, v), _mm256_load_ps(leaf->most));
+    __m256 outside = _mm256_max_ps(_mm256_mul_ps(corner, _mm256_set1_ps(.5F)),
+                                   _mm256_sub_ps(zero, _mm256_min_ps(u, v)));
+    outside = _mm256_max_ps(outside, beyond);
+    __m256 margin = _mm256_mul_ps(slack, _mm256_load_ps(leaf->steep));
+    __m256 first = _mm256_sub_ps(t, slack), last = _mm256_add_ps(t, slack);
+    __m256 missed = _mm256_or_ps(_mm256_cmp_ps(outside, margin, _CMP_GT_OQ),
+                                 _mm256_cmp_ps(last, zero, _CMP_LT_OQ));
+    missed = _mm256_or_ps(missed, _mm256_cmp_ps(first, _mm256_set1_ps(end), _CMP_GT_OQ));
+    __m256 known = _mm256_cmp_ps(steep, _mm256_set1_ps(0x1p16F), _CMP_LT_OQ);
+    _mm256_store_ps(start, _mm256_and_ps(first, known)); /* 0 where nothing is known */
+    missed = _mm256_and_ps(missed, known);
+    return ~(unsigned)_mm256_movemask_ps(missed) & leaf->flat & ~itself(leaf, l);
 }
 
-/* Bits of the triangles that the ray may pass through before `end`, and from where on. Woop et
- * al. (watertight.h): the ray is outside if edges lie on both of its sides, each by more than
- * it may be off. Where it passes is the mean of the corners' places weighted by the edges; if
- * the weights' sum is surely not 0, that is off by no more than the sum of the errors over it,
- * times the corners' distance. */
 static inline unsigned candidates(const struct pm_tree_leaf *leaf, const struct lanes *l,
                                   float end, float start[PM_TREE_WIDTH])
 {
-    struct sheared s;
-    shear(leaf, l, &s);
-    __m256 u = edge(&s, 1, 2), v = edge(&s, 2, 0), w = edge(&s, 0, 1);
-    __m256 error =
-        _mm256_fmadd_ps(s.reach, _mm256_set1_ps(2 * CORNER_ERROR), _mm256_set1_ps(0x1p-38F));
-    __m256 least = _mm256_min_ps(_mm256_min_ps(u, v), w);
-    __m256 most = _mm256_max_ps(_mm256_max_ps(u, v), w);
-    __m256 missed = _mm256_and_ps(
-        _mm256_cmp_ps(most, error, _CMP_GT_OQ),
-        _mm256_cmp_ps(_mm256_add_ps(least, error), _mm256_setzero_ps(), _CMP_LT_OQ));
-
-    __m256 sum = _mm256_add_ps(_mm256_add_ps(u, v), w);
-    __m256 mean =
-        _mm256_fmadd_ps(w, s.t[2], _mm256_fmadd_ps(v, s.t[1], _mm256_mul_ps(u, s.t[0])));
-    __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1), sum);
-    __m256 off = _mm256_mul_ps(error, absolute(inverse)); /* a third of the edges' errors */
-    __m256 sure = _mm256_cmp_ps(off, _mm256_set1_ps(1.F / 16), _CMP_LT_OQ);
-    __m256 first = _mm256_min_ps(_mm256_min_ps(s.t[0], s.t[1]), s.t[2]);
-    __m256 last = _mm256_max_ps(_mm256_max_ps(s.t[0], s.t[1]), s.t[2]);
-    __m256 wide = _mm256_fmadd_ps(_mm256_mul_ps(off, _mm256_set1_ps(4)),
-                                  _mm256_sub_ps(last, first), _mm256_set1_ps(CORNER_ERROR));
-    __m256 t = _mm256_mul_ps(mean, inverse);
-    first = _mm256_blendv_ps(first, t, sure);
-    last = _mm256_blendv_ps(last, t, sure);
-    first = _mm256_sub_ps(first, wide);
-    last = _mm256_add_ps(last, wide);
-    missed = _mm256_or_ps(missed, _mm256_cmp_ps(last, _mm256_setzero_ps(), _CMP_LT_OQ));
-    missed = _mm256_or_ps(missed, _mm256_cmp_ps(first, _mm256_set1_ps(end), _CMP_GT_OQ));
-    _mm256_store_ps(start, first);
-    unsigned met = ~(unsigned)_mm256_movemask_ps(missed) & leaf->lanes & ~itself(leaf, l);
-    if (leaf->boxes)
-        met &= candidate_boxes(leaf, l, end, start, first);
-    return met;
+    alignas(32) float entry[PM_TREE_WIDTH];
+    if (!leaf->boxes)
+        return candidate_planes(leaf, l, end, start);
+    if (!leaf->flat)
+        return enter_boxes(leaf->boxes, l, end, start) & ~itself(leaf, l);
+    unsigned flat = candidate_planes(leaf, l, end, start);
+    unsigned boxes = enter_boxes(leaf->boxes, l, end, entry) & ~leaf->flat & ~itself(leaf, l);
+    for (unsigned rest = boxes; rest; rest &= rest - 1)
+        start[__builtin_ctz(rest)] = entry[__builtin_ctz(rest)];
+    return flat | boxes;
 }
 
 /* ---- through a tree ---- */
@@ -275,7 +243,16 @@ struct later {
     float entry;
 };
 
-/* Puts the children that are met onto the stack, the nearest on top. */
+/* A node, or as much of a leaf as is looked at first. */
+static inline void prefetch(pm_tree_link link)
+{
+    const char *at = (const char *)(link & ~(pm_tree_link)1);
+    for (size_t line = 0; line < sizeof(struct pm_tree_node); line += 64)
+        __builtin_prefetch(at + line);
+}
+
+/* Puts the children that are met onto the stack, the nearest on top; asks for them, since a
+ * large tree lies far away in memory. */
 static inline struct later *put_off(struct later *top, const struct pm_tree_node *node,
                                     unsigned bits, const float entry[PM_TREE_WIDTH])
 {
@@ -283,6 +260,7 @@ static inline struct later *put_off(struct later *top, const struct pm_tree_node
     for (; bits; bits &= bits - 1) {
         int i = __builtin_ctz(bits);
         struct later child = {node->child[i], entry[i]}, *place = top++;
+        prefetch(child.link);
         for (; place > first && place[-1].entry < child.entry; place--)
             *place = place[-1];
         *place = child;
@@ -294,7 +272,7 @@ static inline struct later *put_off(struct later *top, const struct pm_tree_node
 static bool walk_few(struct pm_probe *q, const struct lanes *l, float end, bool any)
 {
     const struct pm_ray_tree *tree = q->body->tree;
-    alignas(32) float start[PM_TREE_FEW];
+    alignas(32) float start[PM_TREE_FEW * PM_TREE_WIDTH];
     unsigned bits = 0;
     for (uint32_t i = 0; i < tree->few_count; i++)
         bits |= candidates(&tree->few[i], l, end, start + i * PM_TREE_WIDTH)
@@ -389,6 +367,7 @@ static void fill_piece(const struct pm_ray_tree *tree, uint32_t index, pm_vec3 p
     const struct pm_piece_owner *owner = &tree->pieces.owner[index];
     double height = pm_vec3_dot(p->normal, point) - p->offset;
     hit->point = pm_vec3_madd(point, -height, p->normal);
+    __builtin_prefetch(&tree->body->shapes[owner->shape]); /* for a ray that starts there */
     hit->normal = owner->planar ? p->normal : tree->body->shapes[owner->shape].axis;
     hit->material = owner->material;
 }

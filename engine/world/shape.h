@@ -29,7 +29,8 @@ struct pm_shape {
     /* polygon, ring: `axis` is the unit front normal, axis . p = offset the plane.
      * sphere, bubble, ring: `center`. cone, cup, cylinder, tube: `center` of the first end,
      * unit `axis` towards the second. */
-    pm_vec3 center, axis;
+    pm_vec3 axis,
+        center; /* axis: beside the group and the layer, which are asked for with it */
     double offset;
     double deviation; /* polygon: greatest distance of a vertex from the plane */
     double r0, r1; /* sphere: r0. ring: inner, outer. cones: at the first end, at the second */
