@@ -39,26 +39,20 @@ static inline pm_vec3 pm_frame_to_local(const pm_frame *f, pm_vec3 v)
 }
 
 /* Sine and cosine for |x| <= pi/4 by Taylor's series, whose first terms left out are below
- * 5e-17 and 6e-18: a third of the cost of the general functions, and the disc needs no more. */
+ * 5e-17 and 6e-18: a third of the cost of the general functions, and the disc needs no more.
+ * Terms are added in pairs (Estrin's scheme): one after the other each would wait for the last.
+ */
 static inline void pm_short_sincos(double x, double *sine, double *cosine)
 {
-    double q = x * x;
-    double s = 1. / 1307674368000;
-    s = 1. / 6227020800 - q * s;
-    s = 1. / 39916800 - q * s;
-    s = 1. / 362880 - q * s;
-    s = 1. / 5040 - q * s;
-    s = 1. / 120 - q * s;
-    s = 1. / 6 - q * s;
+    double q = x * x, q2 = q * q, q4 = q2 * q2;
+    double s01 = 1. / 6 - q * (1. / 120), s23 = 1. / 5040 - q * (1. / 362880);
+    double s45 = 1. / 39916800 - q * (1. / 6227020800);
+    double s = (s01 + q2 * s23) + q4 * (s45 + q2 * (1. / 1307674368000));
     *sine = x - x * (q * s);
-    double c = 1. / 20922789888000;
-    c = 1. / 87178291200 - q * c;
-    c = 1. / 479001600 - q * c;
-    c = 1. / 3628800 - q * c;
-    c = 1. / 40320 - q * c;
-    c = 1. / 720 - q * c;
-    c = 1. / 24 - q * c;
-    c = .5 - q * c;
+    double c01 = .5 - q * (1. / 24), c23 = 1. / 720 - q * (1. / 40320);
+    double c45 = 1. / 3628800 - q * (1. / 479001600);
+    double c67 = 1. / 87178291200 - q * (1. / 20922789888000);
+    double c = (c01 + q2 * c23) + q4 * (c45 + q2 * c67);
     *cosine = 1 - q * c;
 }
 

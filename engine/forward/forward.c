@@ -24,13 +24,19 @@ struct chunk {
     pm_rgb emitted, absorbed, escaped;
 };
 
+/* What the threads of a run write into. */
+struct pm_recorders {
+    unsigned threads;
+    struct pm_recorder of[]; /* [threads] */
+};
+
 /* One run of the pool. Chunk c owns paths [c CHUNK_PATHS, (c + 1) CHUNK_PATHS), chunks[c] and
- * its part of `ends`; thread t owns recorders[t]. */
+ * its part of `ends`; thread t owns recorders->of[t]. */
 struct run {
     struct pm_tracer tracer;
     uint64_t first_path;
     uint32_t first_sobol;
-    struct pm_recorder *recorders; /* [threads] */
+    struct pm_recorders *recorders;
     struct chunk chunks[CHUNKS];
     uint32_t *ends[PM_MAP_KINDS]; /* NULL: not wanted */
     bool (*cancelled)(void *);
@@ -73,7 +79,7 @@ static void trace_chunk(void *context, size_t c, unsigned thread)
     struct run *run = context;
     if (is_stopped(run, thread))
         return;
-    struct pm_recorder recorder = run->recorders[thread]; /* apart from other threads' */
+    struct pm_recorder recorder = run->recorders->of[thread]; /* apart from other threads' */
     struct chunk *chunk = &run->chunks[c];
     start_chunk(chunk, &recorder, thread);
     for (uint32_t i = (uint32_t)c * CHUNK_PATHS, last = i + CHUNK_PATHS; i < last; i++) {
@@ -86,7 +92,7 @@ static void trace_chunk(void *context, size_t c, unsigned thread)
     finish_chunk(chunk, &recorder);
     if (recorder.out_of_memory)
         atomic_store(&run->stop, true);
-    run->recorders[thread] = recorder;
+    run->recorders->of[thread] = recorder;
 }
 
 /* ---- runs ---- */
@@ -104,25 +110,48 @@ static struct pm_tracer tracer_of(const pm_forward *forward, pm_rng_purpose purp
     return tracer;
 }
 
-static struct pm_recorder *recorders_new(const pm_forward *forward, unsigned threads,
-                                         unsigned kinds, unsigned replicate)
+static void recorders_free(struct pm_recorders *r)
 {
-    struct pm_recorder *recorders = calloc(threads, sizeof *recorders);
-    for (unsigned t = 0; recorders && t < threads; t++) {
-        recorders[t].kinds = kinds;
-        recorders[t].replicate = replicate;
-        recorders[t].flux_scale = forward->flux_scale;
-        memcpy(recorders[t].probability, forward->probability, sizeof forward->probability);
-    }
-    return recorders;
+    for (unsigned t = 0; r && t < r->threads; t++)
+        for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+            free(r->of[t].buffer[kind].photons);
+    free(r);
 }
 
-static void recorders_free(struct pm_recorder *recorders, unsigned threads)
+/* Those of the last batch, with their room for photons, or new ones. */
+static struct pm_recorders *recorders_get(const pm_forward *forward, unsigned threads)
 {
-    for (unsigned t = 0; recorders && t < threads; t++)
-        for (int kind = 0; kind < PM_MAP_KINDS; kind++)
-            free(recorders[t].buffer[kind].photons);
-    free(recorders);
+    struct pm_recorders *r = atomic_exchange(&forward->counters->spare, NULL);
+    if (r && r->threads == threads)
+        return r;
+    recorders_free(r);
+    r = calloc(1, sizeof *r + threads * sizeof *r->of);
+    if (r)
+        r->threads = threads;
+    return r;
+}
+
+static void recorders_put(const pm_forward *forward, struct pm_recorders *r)
+{
+    if (r)
+        recorders_free(atomic_exchange(&forward->counters->spare, r));
+}
+
+static struct pm_recorders *recorders_start(const pm_forward *forward, unsigned threads,
+                                            unsigned kinds, unsigned replicate)
+{
+    struct pm_recorders *r = recorders_get(forward, threads);
+    for (unsigned t = 0; r && t < threads; t++) {
+        struct pm_recorder old = r->of[t], *fresh = &r->of[t];
+        *fresh = (struct pm_recorder){
+            .kinds = kinds, .replicate = replicate, .flux_scale = forward->flux_scale};
+        memcpy(fresh->probability, forward->probability, sizeof forward->probability);
+        for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+            fresh->buffer[kind] = old.buffer[kind];
+            fresh->buffer[kind].count = 0;
+        }
+    }
+    return r;
 }
 
 /* Traces the chunks, then sums up what the threads counted. */
@@ -132,9 +161,9 @@ static pm_status run_chunks(const pm_forward *forward, struct run *run, size_t c
     pm_pool_run(pool, chunks, trace_chunk, run);
     bool out_of_memory = false;
     for (unsigned t = 0; t < pm_pool_threads(pool); t++) {
-        out_of_memory |= run->recorders[t].out_of_memory;
-        atomic_fetch_add(&forward->counters->nonfinite, run->recorders[t].nonfinite);
-        atomic_fetch_add(&forward->counters->rays, run->recorders[t].rays);
+        out_of_memory |= run->recorders->of[t].out_of_memory;
+        atomic_fetch_add(&forward->counters->nonfinite, run->recorders->of[t].nonfinite);
+        atomic_fetch_add(&forward->counters->rays, run->recorders->of[t].rays);
     }
     if (out_of_memory)
         return pm_error_set(err, PM_E_MEMORY, "no memory for the photons of a batch");
@@ -159,20 +188,20 @@ static pm_status run_prepass(pm_forward *forward, pm_pool *pool, pm_error *err)
 {
     unsigned threads = pm_pool_threads(pool);
     struct run run = {.tracer = tracer_of(forward, PM_RNG_PREPASS, 0),
-                      .recorders = recorders_new(forward, threads, 0, 0)};
+                      .recorders = recorders_start(forward, threads, 0, 0)};
     if (!run.recorders)
         return pm_error_set(err, PM_E_MEMORY, "no memory for the forward pass");
     pm_status st = run_chunks(forward, &run, PREPASS_CHUNKS, pool, err);
     for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
         uint64_t deposits = 0;
         for (unsigned t = 0; t < threads; t++)
-            deposits += run.recorders[t].deposits[kind];
+            deposits += run.recorders->of[t].deposits[kind];
         set_probability(forward, kind, deposits);
     }
     for (size_t c = 0; c < PREPASS_CHUNKS; c++)
         forward->emitted =
             pm_rgb_madd(forward->emitted, 1. / PM_FORWARD_PREPASS_PATHS, run.chunks[c].emitted);
-    recorders_free(run.recorders, threads);
+    recorders_put(forward, run.recorders);
     return st;
 }
 
@@ -220,6 +249,8 @@ void pm_forward_free(pm_forward *forward)
         return;
     pm_ports_free(forward->ports);
     pm_choice_clear(&forward->choice);
+    if (forward->counters)
+        recorders_free(forward->counters->spare);
     free(forward->counters);
     free(forward);
 }
@@ -249,7 +280,7 @@ static bool join(struct run *run, int kind, pm_batch *out)
         return false;
     for (size_t c = 0; c < CHUNKS; c++) {
         const struct chunk *chunk = &run->chunks[c];
-        const struct pm_photon_buffer *buffer = &run->recorders[chunk->thread].buffer[kind];
+        const struct pm_photon_buffer *buffer = &run->recorders->of[chunk->thread].buffer[kind];
         if (chunk->count[kind])
             memcpy(out->photons + out->count, buffer->photons + chunk->start[kind],
                    chunk->count[kind] * sizeof *out->photons);
@@ -299,7 +330,7 @@ pm_status pm_forward_batch(const pm_forward *forward, uint64_t index, unsigned k
         .tracer = tracer_of(forward, PM_RNG_PATH, replicate),
         .first_path = index * PM_BATCH_PATHS,
         .first_sobol = (uint32_t)(index / PM_REPLICATES * PM_BATCH_PATHS),
-        .recorders = recorders_new(forward, threads, kinds, replicate),
+        .recorders = recorders_start(forward, threads, kinds, replicate),
         .cancelled = cancelled,
         .context = context,
     };
@@ -312,7 +343,7 @@ pm_status pm_forward_batch(const pm_forward *forward, uint64_t index, unsigned k
         st = join_all(&run, index, kinds, out, err);
     for (int kind = 0; kind < PM_MAP_KINDS; kind++)
         free(run.ends[kind]);
-    recorders_free(run.recorders, threads);
+    recorders_put(forward, run.recorders);
     return st;
 }
 

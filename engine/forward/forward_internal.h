@@ -13,9 +13,14 @@ enum {
     PM_FORWARD_PHOTONS_A_PATH = 4, /* stored, on average, at most */
 };
 
+struct pm_recorders;
+
 /* What changes while a const pm_forward is shared. */
 struct pm_forward_counters {
     atomic_uint_fast64_t nonfinite, rays;
+    /* Of a batch that ended, for the next one: memory given back to the system is slow to come
+     * by again. NULL while a batch has them. */
+    _Atomic(struct pm_recorders *) spare;
 };
 
 struct pm_forward {

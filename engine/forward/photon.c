@@ -24,9 +24,10 @@ static double sign_of(double v)
     return v < 0 ? -1 : 1;
 }
 
+/* Rounded; v is at least -1 but for rounding. */
 static unsigned code_of(double v, int half)
 {
-    return (unsigned)(int)floor((v + 1) * half + 0.5);
+    return (unsigned)(int)((v + 1) * half + 0.5);
 }
 
 static void octahedral_encode(pm_vec3 d, int half, unsigned code[2])
@@ -37,13 +38,10 @@ static void octahedral_encode(pm_vec3 d, int half, unsigned code[2])
         return;
     }
     double inverse = 1 / sum, x = d.x * inverse, y = d.y * inverse;
-    if (d.z < 0) {
-        double folded = (1 - fabs(y)) * sign_of(x);
-        y = (1 - fabs(x)) * sign_of(y);
-        x = folded;
-    }
-    code[0] = code_of(x, half);
-    code[1] = code_of(y, half);
+    double folded_x = (1 - fabs(y)) * sign_of(x), folded_y = (1 - fabs(x)) * sign_of(y);
+    bool below = d.z < 0; /* selected by: directions are on either side at random */
+    code[0] = code_of(below ? folded_x : x, half);
+    code[1] = code_of(below ? folded_y : y, half);
 }
 
 static pm_vec3 octahedral_decode(unsigned u, unsigned v, int half)
@@ -125,10 +123,9 @@ pm_rgb pm_photon_flux(const pm_photon *photon)
 
 static uint32_t position_encode(double p)
 {
-    double q = floor((p + 1) * 0x1p31 + 0.5);
-    if (!(q > 0))
-        return 0;
-    return q < 0x1p32 ? (uint32_t)q : UINT32_MAX;
+    double q = (p + 1) * 0x1p31 + 0.5;
+    q = q > 0 ? q : 0;
+    return (uint32_t)(int64_t)(q < 0x1p32 - 1 ? q : 0x1p32 - 1);
 }
 
 static double position_decode(uint32_t q)

@@ -15,12 +15,23 @@ static pm_photon *buffer_append(struct pm_photon_buffer *buffer)
     return &buffer->photons[buffer->count++];
 }
 
+/* A photon in the unit that it was packed in. */
+struct packed {
+    pm_photon photon;
+    double scale; /* 0: not yet */
+};
+
 /* Dividing the flux by the storage probability is multiplying its unit with it. */
-static void store(struct pm_recorder *recorder, int kind, const pm_photon_record *photon)
+static void store(struct pm_recorder *recorder, int kind, const pm_photon_record *photon,
+                  struct packed *packed)
 {
+    double scale = recorder->flux_scale * recorder->probability[kind];
     pm_photon *place = buffer_append(&recorder->buffer[kind]);
+    if (scale != packed->scale)
+        pm_photon_pack(photon, scale, &packed->photon);
+    packed->scale = scale;
     if (place)
-        pm_photon_pack(photon, recorder->flux_scale * recorder->probability[kind], place);
+        *place = packed->photon;
     else
         recorder->out_of_memory = true;
 }
@@ -43,12 +54,13 @@ void pm_record_deposit(struct pm_recorder *recorder, unsigned kinds, pm_photon_r
         recorder->nonfinite++;
         return;
     }
+    struct packed packed = {.scale = 0};
     photon->replicate = recorder->replicate;
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
         if (!(kinds & (1U << kind)))
             continue;
         recorder->deposits[kind]++;
         if (recorder->kinds & (1U << kind) && is_drawn(recorder, kind, draws))
-            store(recorder, kind, photon);
+            store(recorder, kind, photon, &packed);
     }
 }

@@ -46,6 +46,10 @@ static void add_rough(struct shade *s, pm_lobe_kind kind, unsigned side, pm_rgb 
 static void plastic(struct shade *s)
 {
     const struct pm_material *m = s->material;
+    if (m->specularity == 0 && m->transmission == 0) { /* the rest is black: the common case */
+        pm_shade_diffuse(s, PM_SIDE_NEAR, pm_shade_color(s, m->color), PM_COAT_NONE);
+        return;
+    }
     bool smooth = !(m->roughness > 0);
     pm_coat coat =
         smooth && m->specularity >= PM_FRESNEL_THRESHOLD ? PM_COAT_SMOOTH : PM_COAT_NONE;
