@@ -51,49 +51,36 @@ static unsigned boxes_met(const struct ball *b, const struct pm_tree_node *node)
     return bits;
 }
 
-static inline float least(float a, float b)
-{
-    return a < b ? a : b;
-}
-
-static inline float most(float a, float b)
-{
-    return a > b ? a : b;
-}
-
-/* Bits of the triangles that are steep, reach above the tangent plane, and have their box and
- * their plane within the ball. What is no triangle has NaN for corners, and no bit. */
-static unsigned triangles_met(const struct ball *b, const struct pm_tree_leaf *leaf)
+/* Bits of the flat items that are steep and have their plane within the ball. */
+static unsigned planes_met(const struct ball *b, const struct pm_tree_leaf *leaf)
 {
     unsigned bits = 0;
     for (int i = 0; i < PM_TREE_WIDTH; i++) {
-        float p[3][3], d2 = 0, height[3] = {0, 0, 0};
+        float slope = 0, distance = -leaf->plane[3][i];
         for (int axis = 0; axis < 3; axis++) {
-            for (int k = 0; k < 3; k++) {
-                p[k][axis] = leaf->corner[k][axis][i] - b->c[axis];
-                height[k] += p[k][axis] * b->u[axis];
-            }
-            float d = beyond(0, least(p[0][axis], least(p[1][axis], p[2][axis])),
-                             most(p[0][axis], most(p[1][axis], p[2][axis])));
-            d2 += d * d;
+            slope += leaf->plane[axis][i] * b->u[axis];
+            distance += leaf->plane[axis][i] * b->c[axis];
         }
-        float e[3], f[3], n[3];
-        for (int axis = 0; axis < 3; axis++) {
-            e[axis] = p[1][axis] - p[0][axis];
-            f[axis] = p[2][axis] - p[0][axis];
-        }
-        n[0] = e[1] * f[2] - e[2] * f[1];
-        n[1] = e[2] * f[0] - e[0] * f[2];
-        n[2] = e[0] * f[1] - e[1] * f[0];
-        float square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-        float slope = n[0] * b->u[0] + n[1] * b->u[1] + n[2] * b->u[2];
-        float plane = n[0] * p[0][0] + n[1] * p[0][1] + n[2] * p[0][2];
-        bool met = d2 <= b->r * b->r && plane * plane <= square * b->r * b->r * 1.01F &&
-                   slope * slope < (float)(PM_STEEP_COSINE * PM_STEEP_COSINE) * square &&
-                   most(height[0], most(height[1], height[2])) > 0x1p-20F;
+        bool met = fabsf(slope) < (float)PM_STEEP_COSINE && fabsf(distance) <= b->r;
         bits |= (unsigned)met << i;
     }
-    return bits & leaf->lanes;
+    return bits & leaf->flat;
+}
+
+/* Whether an item reaches above the tangent plane and has its box within the ball. */
+static bool rises_near(const struct ball *b, uint32_t item)
+{
+    pm_vec3 p[4];
+    pm_ray_tree_corners(b->body->tree, item, p);
+    pm_vec3 low = pm_vec3_min(pm_vec3_min(p[0], p[1]), pm_vec3_min(p[2], p[3]));
+    pm_vec3 high = pm_vec3_max(pm_vec3_max(p[0], p[1]), pm_vec3_max(p[2], p[3]));
+    pm_vec3 nearest = pm_vec3_max(low, pm_vec3_min(high, b->center));
+    if (pm_vec3_distance(nearest, b->center) > (double)b->r)
+        return false;
+    for (int i = 0; i < 4; i++)
+        if (pm_vec3_dot(pm_vec3_sub(p[i], b->center), b->up) > 0x1p-20)
+            return true;
+    return false;
 }
 
 /* ---- through a tree ---- */
@@ -125,10 +112,11 @@ static bool item_stands(const struct ball *b, uint32_t item)
 
 static bool leaf_stands(const struct ball *b, const struct pm_tree_leaf *leaf)
 {
-    unsigned flat = triangles_met(b, leaf);
-    for (; flat; flat &= flat - 1) {
+    for (unsigned flat = planes_met(b, leaf); flat; flat &= flat - 1) {
         int lane = __builtin_ctz(flat);
-        if (leaf->surface[lane] == PM_NO_PRIMITIVE || b->base + leaf->surface[lane] != b->from)
+        uint32_t surface = leaf->surface[lane];
+        bool itself = surface != PM_NO_PRIMITIVE && b->base + surface == b->from;
+        if (!itself && rises_near(b, leaf->item[lane]))
             return true;
     }
     if (!leaf->boxes)

@@ -64,6 +64,12 @@ static void triangle_corners(const struct pm_ray_tree *tree, uint32_t item, bool
         out[i] = m->positions[m->mesh->triangles[item].corner[i]];
 }
 
+void pm_ray_tree_corners(const struct pm_ray_tree *tree, uint32_t item, pm_vec3 out[4])
+{
+    triangle_corners(tree, item, false, out);
+    out[3] = tree->body->mesh.mesh ? out[0] : piece_corner(&tree->pieces.piece[item], 3);
+}
+
 static void item_bounds(const struct pm_ray_tree *tree, uint32_t item, unsigned part,
                         pm_vec3 *low, pm_vec3 *high)
 {

@@ -75,4 +75,7 @@ PM_MUST_USE pm_status pm_ray_tree_build(struct pm_ray_tree *tree, void *builder,
                                         const struct pm_body *body, pm_error *err);
 void pm_ray_tree_clear(struct pm_ray_tree *tree);
 
+/* The corners of a flat item; a triangle's first is its last as well. */
+void pm_ray_tree_corners(const struct pm_ray_tree *tree, uint32_t item, pm_vec3 out[4]);
+
 #endif
