@@ -349,23 +349,24 @@ static double way_to_scene(const pm_ray *ray)
 }
 
 static bool draw_emission(const struct pm_tracer *tracer, uint32_t sobol_index,
-                          pm_port_entry *out)
+                          pm_emission *emission, pm_port_entry *out)
 {
     double u[PM_SOBOL_DIMENSIONS];
     pm_sobol_point(sobol_index, tracer->scramble, u);
-    if (tracer->ports)
-        return pm_ports_emit(tracer->ports, u, out);
     out->enters = false;
-    return pm_light_emit(tracer->world, u, &out->emission);
+    if (!tracer->ports)
+        return pm_light_emit(tracer->world, u, emission);
+    bool emits = pm_ports_emit(tracer->ports, u, out);
+    *emission = out->emission;
+    return emits;
 }
 
 /* False if no light emits. */
 static bool emit(struct walk *walk, uint32_t sobol_index, pm_port_entry *entry)
 {
     const pm_emission *e = &walk->emission;
-    if (!draw_emission(walk->tracer, sobol_index, entry))
+    if (!draw_emission(walk->tracer, sobol_index, &walk->emission, entry))
         return false;
-    walk->emission = entry->emission;
     walk->ray = (pm_ray){e->origin, e->direction, INFINITY, e->from};
     walk->flux = e->flux;
     walk->reference = pm_rgb_max(e->flux);

@@ -214,8 +214,9 @@ void pm_mesh_body_bounds(const struct pm_mesh_body *m, uint32_t triangle, pm_vec
 
 /* Where the ray meets the triangle: the corners' depths, weighted by the edges' sides, so that
  * the place is never beyond them. */
-static bool passes_through(const struct pm_probe *q, const pm_vec3 p[3], double *t)
+static bool passes_through(struct pm_probe *q, const pm_vec3 p[3], double *t)
 {
+    pm_probe_shear(q);
     const int *axis = q->axis;
     const double d[3] = {q->direction.x, q->direction.y, q->direction.z};
     double x[3], y[3], z[3];

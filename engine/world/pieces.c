@@ -175,8 +175,9 @@ static bool passes_exactly(const double x[4], const double y[4])
 }
 
 /* All corners at once; only where a sign is in doubt are edges taken one by one. */
-static bool passes_through(const struct pm_piece *p, const struct pm_probe *q)
+static bool passes_through(const struct pm_piece *p, struct pm_probe *q)
 {
+    pm_probe_shear(q);
     const int *axis = q->axis;
     const __m256d sign = _mm256_set1_pd(-0.0);
     __m256d x = _mm256_load_pd(p->corner[axis[0]]), y = _mm256_load_pd(p->corner[axis[1]]);
@@ -213,8 +214,9 @@ static bool passes_through(const struct pm_piece *p, const struct pm_probe *q)
 
 /* Along a plane the quotient of two roundings can be anything; the hit still lies within the
  * extent of the piece. */
-static double clamp_grazing(const struct pm_piece *p, const struct pm_probe *q, double t)
+static double clamp_grazing(const struct pm_piece *p, struct pm_probe *q, double t)
 {
+    pm_probe_shear(q);
     const double *z = p->corner[q->axis[2]];
     const double d[3] = {q->direction.x, q->direction.y, q->direction.z};
     double scale = 1 / d[q->axis[2]], low = INFINITY, high = -INFINITY;
@@ -226,7 +228,8 @@ static double clamp_grazing(const struct pm_piece *p, const struct pm_probe *q, 
     return fmin(fmax(t, low), high);
 }
 
-bool pm_probe_piece(struct pm_probe *q, const struct pm_pieces *pieces, uint32_t index)
+bool pm_probe_piece(struct pm_probe *q, const struct pm_pieces *pieces, uint32_t index,
+                    bool inside)
 {
     const struct pm_piece *p = &pieces->piece[index];
     const struct pm_piece_owner *owner = &pieces->owner[index];
@@ -241,7 +244,7 @@ bool pm_probe_piece(struct pm_probe *q, const struct pm_pieces *pieces, uint32_t
     struct pm_ray_key key =
         pm_ray_key_make(along, q->base + owner->group, owner->layer, owner->flipped, cosine);
     if (!pm_probe_wants(q, along, cosine) || !pm_probe_accepts(q, &key) ||
-        !passes_through(p, q) || !pm_probe_sees(q, owner->material))
+        !(inside || passes_through(p, q)) || !pm_probe_sees(q, owner->material))
         return false;
     pm_probe_take(q, &key, owner->shape, index);
     return true;

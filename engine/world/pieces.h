@@ -35,8 +35,10 @@ struct pm_pieces {
 PM_MUST_USE pm_status pm_pieces_build(const struct pm_body *body, struct pm_pieces *out);
 void pm_pieces_clear(struct pm_pieces *pieces);
 
-/* The exact test, watertight (watertight.h). True if the piece is the best so far. Test:
- * closed_surfaces_leak_no_ray. */
-bool pm_probe_piece(struct pm_probe *probe, const struct pm_pieces *pieces, uint32_t index);
+/* The exact test, watertight (watertight.h). True if the piece is the best so far.
+ *   inside  it is known already that the ray passes within the piece's edges
+ * Test: closed_surfaces_leak_no_ray. */
+bool pm_probe_piece(struct pm_probe *probe, const struct pm_pieces *pieces, uint32_t index,
+                    bool inside);
 
 #endif

@@ -35,7 +35,7 @@ static bool enter_cube(struct pm_probe *q, double *entry)
     return true;
 }
 
-static void set_shear(struct pm_probe *q)
+void pm_probe_set_shear(struct pm_probe *q)
 {
     const double d[3] = {q->direction.x, q->direction.y, q->direction.z};
     static const int after[4] = {1, 2, 0, 1};
@@ -52,6 +52,7 @@ static void set_shear(struct pm_probe *q)
     q->o[0] = q->origin.x;
     q->o[1] = q->origin.y;
     q->o[2] = q->origin.z;
+    q->sheared = true;
 }
 
 /* What lies behind the ray's start: everything up to t = 0, and of what coincides with `from`
@@ -125,7 +126,7 @@ bool pm_probe_init(struct pm_probe *q, const pm_world *world, const pm_ray *ray)
             return false;
         q->limit -= q->main_entry;
     }
-    set_shear(q);
+    q->sheared = false;
     set_start(q, ray->from);
     q->best = (struct pm_ray_key){INFINITY, 0, 0};
     return true;
@@ -163,7 +164,7 @@ bool pm_probe_enter(struct pm_probe *inner, const struct pm_probe *outer,
             return false;
         inner->entry += entry;
     }
-    set_shear(inner);
+    inner->sheared = false;
     return true;
 }
 

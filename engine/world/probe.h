@@ -13,6 +13,7 @@ struct pm_probe {
     pm_vec3 origin, direction; /* in the body's coordinates, the origin moved into its cube */
     double entry; /* how far the origin was moved, in the body's units (not the main body's) */
     double unit, inverse_unit; /* the body's unit of length */
+    bool sheared;              /* whether the next three are there: pm_probe_shear */
     double o[3];               /* origin */
     double shear[2];
     int axis[3]; /* the direction's greatest axis last; the other two span the sheared plane */
@@ -39,6 +40,15 @@ bool pm_probe_init(struct pm_probe *probe, const pm_world *world, const pm_ray *
  * The rest of `inner` is as in `outer`. */
 bool pm_probe_enter(struct pm_probe *inner, const struct pm_probe *outer,
                     const struct pm_instance *instance);
+
+/* Sets what the watertight tests need, once they ask for it. */
+void pm_probe_set_shear(struct pm_probe *probe);
+
+static inline void pm_probe_shear(struct pm_probe *probe)
+{
+    if (!probe->sheared)
+        pm_probe_set_shear(probe);
+}
 
 /* The exact test of a ring or a curved shape. True if it is the best so far. */
 bool pm_probe_shape(struct pm_probe *probe, uint32_t index);

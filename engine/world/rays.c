@@ -53,7 +53,7 @@ static inline __m256 spread(__m128 v, int i)
 
 static inline void set_lanes(struct lanes *l, const struct pm_probe *p)
 {
-    __m128 origin = _mm_setr_ps((float)p->o[0], (float)p->o[1], (float)p->o[2], 0);
+    __m128 origin = _mm_setr_ps((float)p->origin.x, (float)p->origin.y, (float)p->origin.z, 0);
     __m128 direction =
         _mm_setr_ps((float)p->direction.x, (float)p->direction.y, (float)p->direction.z, 1);
     __m128 inverse = _mm_div_ps(_mm_set1_ps(1), without_zeros(direction));
@@ -121,15 +121,22 @@ static inline unsigned itself(const struct pm_tree_leaf *leaf, const struct lane
     return (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(same));
 }
 
-/* Bits of what the ray may pass through before `end`, and from where on.
+/* Where in a leaf a ray may meet something. */
+struct candidates {
+    unsigned bits,
+        sure; /* sure: within the edges for certain, so that no exact test need ask */
+};
+
+/* What the ray may pass through before `end`, and from where on.
  *
  * Distances to a plane are off by at most 2^-20 (three products, their rounded factors, the
  * rounded offset), cosines by 2^-21, so places along the ray of at most 2 sqrt(3) by 3 * 2^-20
  * over the cosine, and coordinates by that and 2^-20, times their steepness. `slack` is more
  * than that, and more than what planes of coincident surfaces are moved by. Nearly along a
  * plane nothing is known. */
-static inline unsigned candidate_planes(const struct pm_tree_leaf *leaf, const struct lanes *l,
-                                        float end, float start[PM_TREE_WIDTH])
+static inline struct candidates candidate_planes(const struct pm_tree_leaf *leaf,
+                                                 const struct lanes *l, float end,
+                                                 float start[PM_TREE_WIDTH])
 {
     const __m256 zero = _mm256_setzero_ps(), one = _mm256_set1_ps(1);
     __m256 height =
@@ -155,22 +162,28 @@ static inline unsigned candidate_planes(const struct pm_tree_leaf *leaf, const s
     __m256 known = _mm256_cmp_ps(steep, _mm256_set1_ps(0x1p16F), _CMP_LT_OQ);
     _mm256_store_ps(start, _mm256_and_ps(first, known)); /* 0 where nothing is known */
     missed = _mm256_and_ps(missed, known);
-    return ~(unsigned)_mm256_movemask_ps(missed) & leaf->flat & ~itself(leaf, l);
+    __m256 inside = _mm256_cmp_ps(_mm256_add_ps(outside, margin), zero, _CMP_LT_OQ);
+    return (struct candidates){~(unsigned)_mm256_movemask_ps(missed) & leaf->flat &
+                                   ~itself(leaf, l),
+                               (unsigned)_mm256_movemask_ps(_mm256_and_ps(inside, known))};
 }
 
-static inline unsigned candidates(const struct pm_tree_leaf *leaf, const struct lanes *l,
-                                  float end, float start[PM_TREE_WIDTH])
+static inline struct candidates candidates(const struct pm_tree_leaf *leaf,
+                                           const struct lanes *l, float end,
+                                           float start[PM_TREE_WIDTH])
 {
     alignas(32) float entry[PM_TREE_WIDTH];
     if (!leaf->boxes)
         return candidate_planes(leaf, l, end, start);
     if (!leaf->flat)
-        return enter_boxes(leaf->boxes, l, end, start) & ~itself(leaf, l);
-    unsigned flat = candidate_planes(leaf, l, end, start);
+        return (struct candidates){enter_boxes(leaf->boxes, l, end, start) & ~itself(leaf, l),
+                                   0};
+    struct candidates c = candidate_planes(leaf, l, end, start);
     unsigned boxes = enter_boxes(leaf->boxes, l, end, entry) & ~leaf->flat & ~itself(leaf, l);
     for (unsigned rest = boxes; rest; rest &= rest - 1)
         start[__builtin_ctz(rest)] = entry[__builtin_ctz(rest)];
-    return flat | boxes;
+    c.bits |= boxes;
+    return c;
 }
 
 /* ---- through a tree ---- */
@@ -193,11 +206,11 @@ static bool probe_instance(struct pm_probe *outer, const struct pm_instance *ins
 
 /* The exact test of an item. True if it is the best so far. */
 static bool probe_item(struct pm_probe *q, const struct pm_ray_tree *tree, uint32_t item,
-                       bool any)
+                       bool inside, bool any)
 {
     if (item < tree->flat_count)
         return tree->body->mesh.mesh ? pm_probe_triangle(q, item)
-                                     : pm_probe_piece(q, &tree->pieces, item);
+                                     : pm_probe_piece(q, &tree->pieces, item, inside);
     item -= tree->flat_count;
     if (item < tree->round_count)
         return pm_probe_shape(q, tree->round[item]);
@@ -219,15 +232,16 @@ static inline int take_nearest(unsigned *bits, const float *start)
 /* Tests what may be met in leaves that lie one after the other, the nearest first; *end moves
  * with the best hit. */
 static inline bool probe_leaves(struct pm_probe *q, const struct pm_tree_leaf *leaves,
-                                unsigned bits, const float *start, float *end, bool any)
+                                struct candidates c, const float *start, float *end, bool any)
 {
     bool found = false;
+    unsigned bits = c.bits;
     while (bits) {
         int i = take_nearest(&bits, start);
         if (start[i] > *end)
             break;
         uint32_t item = leaves[i / PM_TREE_WIDTH].item[i % PM_TREE_WIDTH];
-        if (!probe_item(q, q->body->tree, item, any))
+        if (!probe_item(q, q->body->tree, item, c.sure >> i & 1, any))
             continue;
         found = true;
         if (any)
@@ -273,11 +287,13 @@ static bool walk_few(struct pm_probe *q, const struct lanes *l, float end, bool 
 {
     const struct pm_ray_tree *tree = q->body->tree;
     alignas(32) float start[PM_TREE_FEW * PM_TREE_WIDTH];
-    unsigned bits = 0;
-    for (uint32_t i = 0; i < tree->few_count; i++)
-        bits |= candidates(&tree->few[i], l, end, start + i * PM_TREE_WIDTH)
-                << i * PM_TREE_WIDTH;
-    return probe_leaves(q, tree->few, bits, start, &end, any);
+    struct candidates all = {0, 0};
+    for (uint32_t i = 0; i < tree->few_count; i++) {
+        struct candidates c = candidates(&tree->few[i], l, end, start + i * PM_TREE_WIDTH);
+        all.bits |= c.bits << i * PM_TREE_WIDTH;
+        all.sure |= c.sure << i * PM_TREE_WIDTH;
+    }
+    return probe_leaves(q, tree->few, all, start, &end, any);
 }
 
 static bool walk_tree(struct pm_probe *q, const struct lanes *l, float end, bool any)
@@ -292,8 +308,8 @@ static bool walk_tree(struct pm_probe *q, const struct lanes *l, float end, bool
             continue;
         if (at.link & 1) {
             const struct pm_tree_leaf *leaf = (const struct pm_tree_leaf *)(at.link - 1);
-            unsigned bits = candidates(leaf, l, end, entry);
-            found |= probe_leaves(q, leaf, bits, entry, &end, any);
+            struct candidates c = candidates(leaf, l, end, entry);
+            found |= probe_leaves(q, leaf, c, entry, &end, any);
         } else {
             const struct pm_tree_node *node = (const struct pm_tree_node *)at.link;
             top = put_off(top, node, enter_boxes(node, l, end, entry), entry);

@@ -207,7 +207,7 @@ static bool met_by_brute_force(const pm_world *world, const struct pm_pieces *pi
     if (!pm_probe_init(probe, world, ray))
         return false;
     for (uint32_t i = 0; i < pieces->count; i++)
-        pm_probe_piece(probe, pieces, i);
+        pm_probe_piece(probe, pieces, i, false);
     for (uint32_t i = 0; i < world->shape_count; i++)
         if (world->shapes[i].type != PM_POLYGON)
             pm_probe_shape(probe, i);
