@@ -462,15 +462,15 @@ static pm_status reserve(pm_run *run, struct growing maps[PM_MAP_KINDS])
             continue;
         photons += maps[kind].wanted;
         st = pm_photon_list_reserve(&maps[kind].list, maps[kind].wanted + LAST_PATH_PHOTONS,
-                                    run->err);
+                                    NULL);
     }
     void *volatile rest =
-        malloc(TREE_BYTES * photons + WORK_BYTES * pm_pool_threads(run->pool));
-    if (!st && !rest)
-        st = pm_error_set(run->err, PM_E_MEMORY,
-                          "no memory for %" PRIu64 " photons: with their search structure "
-                          "they take %.3g GB; ask for fewer",
-                          photons, 1e-9 * 26 * (double)photons);
+        st ? NULL : malloc(TREE_BYTES * photons + WORK_BYTES * pm_pool_threads(run->pool));
+    if (!rest)
+        st = pm_error_set(run->err, st == PM_E_LIMIT ? st : PM_E_MEMORY,
+                          "no memory for %" PRIu64 " photons, which take %.3g GB: ask for "
+                          "fewer, or allow more (pmserver --memory-limit)",
+                          photons, 1e-9 * (24 + TREE_BYTES) * (double)photons);
     free(rest);
     return st;
 }

@@ -26,10 +26,10 @@ static const char scene_text[] =
     "glass sphere ball 0 0 4 .3 .3 .6 .3\\n"
     "on polygon lamp 0 0 12 -.3 -.3 1.99 -.3 .3 1.99 .3 .3 1.99 .3 -.3 1.99\\n";
 
-static void start(test_server *server, char scene[65])
+static void start_with(test_server *server, const char *const *options, char scene[65])
 {
     server->worker = PMWORKER;
-    test_server_start_plain(server);
+    test_server_start(server, options);
     test_reply reply;
     char body[2048];
     snprintf(body, sizeof body, "{\"text\": \"%s\"}", scene_text);
@@ -40,6 +40,11 @@ static void start(test_server *server, char scene[65])
     assert_int_equal(pm_json_get_integer(reply.json, "surfaces", 0), 8);
     assert_int_equal(pm_json_get_integer(reply.json, "lights", 0), 1);
     test_reply_clear(&reply);
+}
+
+static void start(test_server *server, char scene[65])
+{
+    start_with(server, NULL, scene);
 }
 
 static pm_json *run(const test_server *server, const char *format, const char *scene)
@@ -267,6 +272,26 @@ static void a_sequence_survives_kill_9(void **state)
     pm_json_free(job);
 }
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+/* Before any work: tracing them would take minutes. */
+static void more_photons_than_memory_are_refused_at_once(void **state)
+{
+    test_server *server = *state;
+    const char *const options[] = {"--memory-limit", "2g", NULL};
+    char scene[65], id[32];
+    start_with(server, options, scene);
+    test_job(server,
+             "{\"kind\": \"map\", \"scene\": \"%s\", \"global\": {\"count\": 200000000}}",
+             scene, id);
+    pm_json *job = test_finish(server, id);
+    assert_string_equal(
+        pm_json_get_text(pm_json_get(job, "problem"), "detail", ""),
+        "no memory for 200000000 photons, which take 5.2 GB: ask for fewer, or allow more "
+        "(pmserver --memory-limit)");
+    pm_json_free(job);
+}
+#endif
+
 static void assert_refused(const test_server *server, const char *format, const char *scene,
                            const char *text)
 {
@@ -368,6 +393,9 @@ int main(void)
         TEST(a_longer_sequence_traces_only_the_missing_passes),
         TEST(topped_up_maps_are_those_made_at_once),
         TEST(a_sequence_survives_kill_9),
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+        TEST(more_photons_than_memory_are_refused_at_once),
+#endif
         TEST(passes_that_are_not_there_are_404_and_wrong_ones_422),
         TEST(sensors_see_the_lamp),
         TEST(a_map_of_another_scene_is_refused),
