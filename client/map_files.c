@@ -24,6 +24,11 @@ static pm_status detect(const char *path, pm_map_kind *kind, pm_error *err)
     st = pm_map_file_header(file.data, file.size, path, &header, err);
     if (!st)
         *kind = header.kind;
+    if (!st && *kind == PM_MAP_DIRECT)
+        st = pm_error_set_at(
+            err, PM_E_MISMATCH, path, 0, 0,
+            "is a direct map, to be looked at with pmapdump; direct light comes "
+            "from next events");
     pm_file_bytes_close(&file);
     return st;
 }

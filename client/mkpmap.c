@@ -32,8 +32,8 @@ pm_status pm_check_mkpmap(const pm_options *options, pm_error *err)
     }
     if (!st && !any)
         st = pm_error_set(err, PM_E_MISSING,
-                          "no map asked for: -apg, -apc or -apv FILE N, -app FILE N BW, e.g. "
-                          "-apg scene.gpm 100k");
+                          "no map asked for: -apg, -apc, -apv or -apd FILE N, -app FILE N BW, "
+                          "e.g. -apg scene.gpm 100k");
     return st;
 }
 

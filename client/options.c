@@ -183,7 +183,16 @@ static bool next_is_count(const struct words *words)
 
 static pm_map_kind kind_of(const char *option)
 {
-    return option[3] == 'c' ? PM_MAP_CAUSTIC : option[3] == 'v' ? PM_MAP_VOLUME : PM_MAP_GLOBAL;
+    switch (option[3]) {
+    case 'c':
+        return PM_MAP_CAUSTIC;
+    case 'v':
+        return PM_MAP_VOLUME;
+    case 'd':
+        return PM_MAP_DIRECT;
+    default:
+        return PM_MAP_GLOBAL;
+    }
 }
 
 /* A gather count may follow; and a second one, which asks for bias compensation. */
@@ -779,6 +788,8 @@ static const struct option options[] = {
     {"-apg", PM_VERB_MKPMAP, "FILE N", "write a global map of about N photons", TAKE(take_map)},
     {"-apc", PM_VERB_MKPMAP, "FILE N", "write a caustic map", TAKE(take_map)},
     {"-apv", PM_VERB_MKPMAP, "FILE N", "write a volume map", TAKE(take_map)},
+    {"-apd", PM_VERB_MKPMAP, "FILE N", "write a direct map, to be looked at with pmapdump",
+     TAKE(take_map)},
     {"-apg", RADIANCE, "FILE [K [K2]]",
      "global map from a file, K photons an estimate (40); K2: up to so many, see --bandwidth",
      TAKE(take_map)},

@@ -142,13 +142,14 @@ static pm_status print_photons(void *context, const pm_photon *photons, size_t c
     return PM_OK;
 }
 
-/* Blue, red and green for global, caustic and volume photons, as Radiance has them; a colder
- * blue for precomputed ones. */
+/* Blue, red, green and purple for global, caustic, volume and direct photons, as Radiance has
+ * them; a colder blue for precomputed ones. */
 static pm_rgb kind_color(pm_map_kind kind)
 {
     static const pm_rgb colors[PM_MAP_KINDS] = {[PM_MAP_GLOBAL] = {.25, .25, 2},
                                                 [PM_MAP_CAUSTIC] = {1, .1, .1},
-                                                [PM_MAP_VOLUME] = {.1, 1, .1}};
+                                                [PM_MAP_VOLUME] = {.1, 1, .1},
+                                                [PM_MAP_DIRECT] = {1, .1, 1}};
     static const pm_rgb precomputed = {.1, .25, 2};
     return kind == PM_MAP_PRECOMPUTED ? precomputed : colors[kind];
 }

@@ -45,7 +45,8 @@ static const struct {
 } refused[] = {
     {RADIANCE, "-apP", "", by_map_file},
     {RADIANCE, "-apf", "", by_map_file},
-    {WORKING, "-apd", "", "direct maps are not offered: direct light comes from next events"},
+    {LOOKING, "-apd", "",
+     "direct light comes from next events; mkpmap makes direct maps for pmapdump"},
     {WORKING, "-apC", "", "contribution maps are not offered"},
     {PM_VERB_MKPMAP, "-apD", "", no_prepass},
     {PM_VERB_MKPMAP, "-apM", "", no_prepass},

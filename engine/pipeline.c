@@ -67,6 +67,7 @@ static pm_status start_forward(pm_run *run)
     pm_wanted wanted = run->job->wanted;
     for (int kind = 0; kind < PM_MAP_KINDS; kind++)
         wanted.maps[kind].from_file = run->job->files[kind].data;
+    wanted.sensors = run->job->forward.sensors.count;
     pm_status st = pm_plan_make(run->world, &wanted, &run->answer->plan, run->err);
     if (!st)
         st = pm_forward_new(run->world, &run->job->forward, run->pool, &run->forward, run->err);

@@ -260,11 +260,12 @@ pm_json *pm_answer_json(const pm_job *job, const pm_answer *answer,
 pm_json *pm_progress_json(const pm_progress *progress)
 {
     return pm_json_pack(
-        "{s:s, s:s, s:o, s:{s:I, s:I, s:I}, s:I, s:I, s:o, s:f, s:f}", "type", "progress",
+        "{s:s, s:s, s:o, s:{s:I, s:I, s:I, s:I}, s:I, s:I, s:o, s:f, s:f}", "type", "progress",
         "stage", progress->stage, "done", pm_json_finite(progress->done), "photons", "global",
         (long long)progress->photons[PM_MAP_GLOBAL], "caustic",
         (long long)progress->photons[PM_MAP_CAUSTIC], "volume",
-        (long long)progress->photons[PM_MAP_VOLUME], "paths", (long long)progress->paths,
+        (long long)progress->photons[PM_MAP_VOLUME], "direct",
+        (long long)progress->photons[PM_MAP_DIRECT], "paths", (long long)progress->paths,
         "passes", (long long)progress->passes, "error", pm_json_finite(progress->error),
         "cpu_seconds", progress->cpu_seconds, "wall_seconds", progress->wall_seconds);
 }

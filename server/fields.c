@@ -266,6 +266,12 @@ const pm_field pm_fields_job[] = {
      .unit = "",
      .doc = "Volume map: scattering in mist.",
      .members = pm_fields_map},
+    {.name = "direct",
+     .type = PM_FIELD_OBJECT,
+     .unit = "",
+     .doc = "Of map: direct map, light on its first diffuse surface, to be looked at. Renders "
+            "take direct light from next events.",
+     .members = pm_fields_map},
     {.name = "ab",
      .type = PM_FIELD_INTEGER,
      .low = -100,

@@ -44,7 +44,7 @@ typedef struct pm_field {
 /* Each is ended by a field whose name is NULL. */
 extern const pm_field pm_fields_job[];   /* POST /v1/jobs */
 extern const pm_field pm_fields_scene[]; /* POST /v1/scenes */
-extern const pm_field pm_fields_map[];   /* a member "global", "caustic" or "volume" of a job */
+extern const pm_field pm_fields_map[];   /* a member "global", ..., "direct" of a job */
 extern const pm_field pm_fields_precomputed[]; /* its member "precomputed" */
 extern const pm_field pm_fields_view[];
 extern const pm_field pm_fields_medium[]; /* of "medium" */

@@ -123,9 +123,10 @@ static pm_status read_maps(pm_request *out, pm_error *err)
                           "has \"map\": a job of kind map makes maps, so give \"count\"");
     }
     if (out->job.kind == PM_JOB_MAP && !counted)
-        return refuse(err, "kind",
-                      "is map, so at least one of global, precomputed, caustic and volume must "
-                      "be there with a count");
+        return refuse(
+            err, "kind",
+            "is map, so at least one of global, precomputed, caustic, volume and direct must "
+            "be there with a count");
     out->job.wanted.estimator = any ? PM_NEAREST : PM_PROGRESSIVE;
     return PM_OK;
 }
@@ -213,6 +214,7 @@ static const struct {
     {"time", RENDER | TRACE},
     {"error", RENDER | TRACE},
     {"formats", RENDER},
+    {"direct", MAP},
     {"sensors", MAP},
     {"exclude", MAP},
     {"include", MAP},

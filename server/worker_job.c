@@ -336,7 +336,7 @@ struct notes {
     char scene[PM_DIGEST_HEX];
     char family[PM_MAP_KINDS][PM_DIGEST_HEX + 32];
     char passes[16], error[32], seed[24], ab[16], view[PM_VIEW_TEXT], aspect[32];
-    pm_image_note list[9];
+    pm_image_note list[6 + PM_MAP_KINDS];
     size_t count;
 };
 
@@ -361,7 +361,8 @@ static void note_aspect(const struct worker *worker, struct notes *notes)
 static void make_notes(const struct worker *worker, const pm_answer *answer,
                        struct notes *notes)
 {
-    static const char *const names[PM_MAP_KINDS] = {"pm.global", "pm.caustic", "pm.volume"};
+    static const char *const names[PM_MAP_KINDS] = {"pm.global", "pm.caustic", "pm.volume",
+                                                    "pm.direct"};
     pm_digest_hex(&answer->scene, notes->scene);
     note(notes, "pm.scene", notes->scene);
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {

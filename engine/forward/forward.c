@@ -143,8 +143,10 @@ static struct pm_recorders *recorders_start(const pm_forward *forward, unsigned 
     struct pm_recorders *r = recorders_get(forward, threads);
     for (unsigned t = 0; r && t < threads; t++) {
         struct pm_recorder old = r->of[t], *fresh = &r->of[t];
-        *fresh = (struct pm_recorder){
-            .kinds = kinds, .replicate = replicate, .flux_scale = forward->flux_scale};
+        *fresh = (struct pm_recorder){.kinds = kinds,
+                                      .ignored = kinds ? ~kinds : 0,
+                                      .replicate = replicate,
+                                      .flux_scale = forward->flux_scale};
         memcpy(fresh->probability, forward->probability, sizeof forward->probability);
         for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
             fresh->buffer[kind] = old.buffer[kind];

@@ -85,12 +85,13 @@ static bool count_event(struct walk *walk, pm_event event)
     return within;
 }
 
-static void deposit(struct walk *walk, unsigned kinds, pm_vec3 point, pm_vec3 normal)
+static void deposit(struct walk *walk, unsigned kinds, pm_rgb flux, pm_vec3 point,
+                    pm_vec3 normal)
 {
     pm_photon_record photon = {.position = point,
                                .normal = normal,
                                .direction = pm_vec3_negate(walk->ray.direction),
-                               .flux = walk->flux,
+                               .flux = flux,
                                .specular = walk->specular};
     pm_rng draws = walk->rng;
     pm_rng_bounce(&draws, walk->segment | STORING);
@@ -111,11 +112,24 @@ static pm_rgb absorbed_by(const pm_surface *surface, pm_rgb before, pm_rgb after
 
 /* A focused spotlight keeps back part of its flux (see light.h); known where the first event
  * is. */
-static void apply_focus(struct walk *walk)
+static double focus_share(const struct walk *walk)
 {
     if (walk->events || !(walk->emission.focus > 0))
+        return 1;
+    return pm_emission_share(&walk->emission, walk->travelled);
+}
+
+static pm_rgb flux_here(const struct walk *walk)
+{
+    double share = focus_share(walk);
+    return share == 1 ? walk->flux : pm_rgb_scale(walk->flux, share);
+}
+
+static void apply_focus(struct walk *walk)
+{
+    double share = focus_share(walk);
+    if (share == 1)
         return;
-    double share = pm_emission_share(&walk->emission, walk->travelled);
     add_to(&walk->recorder->absorbed, pm_rgb_scale(walk->flux, 1 - share));
     walk->flux = pm_rgb_scale(walk->flux, share);
 }
@@ -142,15 +156,21 @@ static bool is_stored(const struct walk *walk, uint32_t surface, pm_vec3 point)
     return !choice || pm_choice_stores(choice, walk->tracer->world, surface, point);
 }
 
+/* Of a photon that lands on a diffuse surface or a sensor. */
+static unsigned kinds_here(const struct walk *walk)
+{
+    if (!walk->events)
+        return 1U << PM_MAP_DIRECT;
+    return walk->specular ? 1U << PM_MAP_GLOBAL | 1U << PM_MAP_CAUSTIC : 1U << PM_MAP_GLOBAL;
+}
+
 static void deposit_on(struct walk *walk, const pm_hit *hit, const pm_surface *surface)
 {
-    if (!walk->events || !(pm_surface_has(surface, PM_EVENT_DIFFUSE) || is_sensed(walk, hit)) ||
+    unsigned kinds = kinds_here(walk) & ~walk->recorder->ignored;
+    if (!kinds || !(pm_surface_has(surface, PM_EVENT_DIFFUSE) || is_sensed(walk, hit)) ||
         !is_stored(walk, hit->surface, hit->point))
         return;
-    unsigned kinds = 1U << PM_MAP_GLOBAL;
-    if (walk->specular)
-        kinds |= 1U << PM_MAP_CAUSTIC;
-    deposit(walk, kinds, hit->point, surface->normal);
+    deposit(walk, kinds, flux_here(walk), hit->point, surface->normal);
 }
 
 /* The path meets a surface. False if it ends there. */
@@ -240,7 +260,7 @@ static bool collide(struct walk *walk, const pm_medium *medium, pm_vec3 point)
 {
     apply_focus(walk);
     if (is_stored(walk, PM_NO_PRIMITIVE, point))
-        deposit(walk, 1U << PM_MAP_VOLUME, point, (pm_vec3){0, 0, 0});
+        deposit(walk, 1U << PM_MAP_VOLUME, walk->flux, point, (pm_vec3){0, 0, 0});
     if (!count_event(walk, PM_EVENT_DIFFUSE))
         return false;
     pm_rgb weight, flux = pm_rgb_mul(walk->flux, medium->albedo);

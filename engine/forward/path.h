@@ -36,7 +36,8 @@ struct pm_photon_buffer {
 /* What a thread writes down while it traces. */
 struct pm_recorder {
     /* set by the caller */
-    unsigned kinds; /* bit (1 << kind): stored */
+    unsigned kinds;   /* bit (1 << kind): stored */
+    unsigned ignored; /* bits that are not even counted: what a batch does not store */
     unsigned replicate;
     double flux_scale;
     double probability[PM_MAP_KINDS]; /* of storing a deposit */

@@ -8,7 +8,7 @@
 
 const char *pm_map_kind_name(pm_map_kind kind)
 {
-    static const char *const names[PM_MAP_KINDS] = {"global", "caustic", "volume"};
+    static const char *const names[PM_MAP_KINDS] = {"global", "caustic", "volume", "direct"};
     assert(kind < PM_MAP_KINDS || kind == PM_MAP_PRECOMPUTED);
     return kind == PM_MAP_PRECOMPUTED ? "precomputed" : names[kind];
 }

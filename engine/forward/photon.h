@@ -14,13 +14,14 @@ typedef enum pm_map_kind {
     PM_MAP_GLOBAL,  /* every indirect hit on a diffuse surface, caustic ones included */
     PM_MAP_CAUSTIC, /* those whose last event was specular or glossy: L(D|S)*S+D */
     PM_MAP_VOLUME,  /* every scattering in a medium, the first included */
+    PM_MAP_DIRECT,  /* every first hit on a diffuse surface; to be looked at, not rendered */
     PM_MAP_KINDS,
     /* Made of a global map and looked up in its place (photons/precompute.h): no kind that the
      * forward pass knows, but one that a map file may have. */
     PM_MAP_PRECOMPUTED = 16,
 } pm_map_kind;
 
-/* "global", "caustic", "volume", "precomputed" */
+/* "global", "caustic", "volume", "direct", "precomputed" */
 const char *pm_map_kind_name(pm_map_kind kind);
 
 enum {

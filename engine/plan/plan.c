@@ -96,6 +96,10 @@ static bool is_asked(const pm_wanted *wanted, int kind, pm_plan_pass *pass)
             decide(pass, false, "no %s pass: no %s map was asked for", name, name);
         return wanted->maps[kind].wanted;
     }
+    if (kind == PM_MAP_DIRECT) {
+        decide(pass, false, "no direct pass: next events bring direct light");
+        return false;
+    }
     if (kind == PM_MAP_GLOBAL && wanted->ambient_bounces == 0) {
         decide(pass, false, "no global pass: -ab 0 asks for no light between diffuse surfaces");
         return false;
@@ -114,10 +118,12 @@ static const char *verb_ending(size_t count)
     return count == 1 ? "s" : "";
 }
 
-static void decide_global(const pm_world_info *info, pm_plan_pass *pass)
+static void decide_global(const pm_world_info *info, bool sensors, pm_plan_pass *pass)
 {
     size_t n = info->diffuse_surfaces;
-    if (!n)
+    if (!n && sensors)
+        decide(pass, true, "global pass: light that comes to sensor surfaces");
+    else if (!n)
         decide(pass, false, "no global pass: no surface scatters light diffusely");
     else
         decide(pass, true,
@@ -125,20 +131,21 @@ static void decide_global(const pm_world_info *info, pm_plan_pass *pass)
                verb_ending(n));
 }
 
-static void decide_caustic(const pm_world_info *info, pm_plan_pass *pass)
+static void decide_caustic(const pm_world_info *info, bool sensors, pm_plan_pass *pass)
 {
     size_t n = info->specular_surfaces;
     if (!n)
         decide(pass, false, "no caustic pass: no surface reflects or refracts specularly");
-    else if (!info->diffuse_surfaces)
+    else if (!info->diffuse_surfaces && !sensors)
         decide(pass, false, "no caustic pass: no diffuse surface that a caustic could fall on");
     else
         decide(pass, true, "caustic pass: %zu surface%s reflect%s or refract%s specularly", n,
                plural(n), verb_ending(n), verb_ending(n));
 }
 
-static void decide_volume(const pm_world_info *info, pm_plan_pass *pass)
+static void decide_volume(const pm_world_info *info, bool sensors, pm_plan_pass *pass)
 {
+    (void)sensors;
     size_t n = info->mist_surfaces;
     if (!n)
         decide(pass, false, "no volume pass: no mist");
@@ -147,15 +154,24 @@ static void decide_volume(const pm_world_info *info, pm_plan_pass *pass)
                verb_ending(n));
 }
 
-static void decide_pass(const pm_world_info *info, int kind, pm_plan_pass *pass)
+static void decide_direct(const pm_world_info *info, bool sensors, pm_plan_pass *pass)
 {
-    static void (*const decisions[PM_MAP_KINDS])(const pm_world_info *, pm_plan_pass *) = {
-        decide_global, decide_caustic, decide_volume};
+    if (!info->diffuse_surfaces && !sensors)
+        decide(pass, false, "no direct pass: no surface scatters light diffusely");
+    else
+        decide(pass, true, "direct pass: light on its first diffuse surface, to be looked at");
+}
+
+static void decide_pass(const pm_world_info *info, bool sensors, int kind, pm_plan_pass *pass)
+{
+    static void (*const decisions[PM_MAP_KINDS])(
+        const pm_world_info *, bool, pm_plan_pass *) = {decide_global, decide_caustic,
+                                                        decide_volume, decide_direct};
     if (!info->lights || pm_rgb_is_black(info->power))
         decide(pass, false, "no %s pass: nothing in the scene emits light",
                pm_map_kind_name((pm_map_kind)kind));
     else
-        decisions[kind](info, pass);
+        decisions[kind](info, sensors, pass);
 }
 
 pm_status pm_plan_make(const pm_world *world, const pm_wanted *wanted, pm_plan *out,
@@ -171,7 +187,7 @@ pm_status pm_plan_make(const pm_world *world, const pm_wanted *wanted, pm_plan *
         pm_plan_pass *pass = &plan.pass[kind];
         if (!is_asked(wanted, kind, pass))
             continue;
-        decide_pass(&info, kind, pass);
+        decide_pass(&info, wanted->sensors, kind, pass);
         if (wanted->estimator != PM_NEAREST)
             continue;
         pass->count = wanted->maps[kind].count;

@@ -58,6 +58,7 @@ typedef struct pm_wanted {
     pm_estimator estimator;
     pm_map_wanted maps[PM_MAP_KINDS]; /* of PM_NEAREST */
     int ambient_bounces;              /* -ab */
+    bool sensors;                     /* surfaces store photons whatever they are made of */
 } pm_wanted;
 
 typedef struct pm_plan_pass {

@@ -83,6 +83,7 @@ static void accepted_options_change_the_request(void **state)
         {PM_VERB_MKPMAP, "a.rad -apg f 1k", "a.rad -apg f 1k -bvf"},
         {PM_VERB_MKPMAP, "a.rad -apg f 1k", "a.rad -apg f 1k -me .1 .1 .1"},
         {PM_VERB_MKPMAP, "a.rad -apg f 1k", "a.rad -apg f 1k -ld 3"},
+        {PM_VERB_MKPMAP, "a.rad -apg f 1k", "a.rad -apg f 1k -apd g 1k"},
         {PM_VERB_MKPMAP, "a.rad -apg f 1k", "a.rad -apg f 1k -aps wall"},
         {PM_VERB_MKPMAP, "a.rad -apg f 1k", "a.rad -apg f 1k -apo wall"},
         {PM_VERB_MKPMAP, "a.rad -apg f 1k -apo wall", "a.rad -apg f 1k -apo- wall"},
@@ -190,6 +191,7 @@ static void refused_options_say_why(void **state)
         {PM_VERB_RENDER, "a.rad -vp 1 2", "-vp: three numbers"},
         {PM_VERB_RENDER, "a.rad -vp 1 2 inf", "-vp inf"},
         {PM_VERB_RENDER, "a.rad -apg 0", "-apg 0"},
+        {PM_VERB_RPICT, "a.rad -apd f", "next events"},
         {PM_VERB_RENDER, "a.rad -ae wall", "dark where no photons are stored"},
         {PM_VERB_RENDER, "a.rad -ma .5 .5 .5", "give -me r g b"},
         {PM_VERB_RENDER, "a.rad -me 1 1", "-me: three numbers r g b is missing"},
@@ -249,7 +251,7 @@ static void every_option_of_radiance_is_refused_with_a_reason(void **state)
         {PM_VERB_RTRACE, "-dj -ds -dt -dc -dr -dp -dv -ss -st -av -aw -ar -aa -ad"},
         {PM_VERB_RTRACE, "-as -af -ae -ai -aE -aI -am -ac -aC -ms -lr -lw"},
         {PM_VERB_RTRACE, "-ld -ld+ -ld- -P -PP"},
-        {PM_VERB_MKPMAP, "-apd -apC -apD -apM"},
+        {PM_VERB_MKPMAP, "-apC -apD -apM"},
         {PM_VERB_MKPMAP, "-defaults"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {

@@ -56,14 +56,22 @@ static void a_job_hits_only_if_all_its_maps_do(void **state)
     const pm_map_summary none = {0}, empty = {.present = true};
     const bool second[PM_MAP_KINDS] = {false, true, false};
     char word[16];
-    assert_string_equal(overall((pm_map_summary[]){none, none, none}, alone, word), "none");
-    assert_string_equal(overall((pm_map_summary[]){hit, hit, none}, alone, word), "hit");
-    assert_string_equal(overall((pm_map_summary[]){miss, miss, none}, alone, word), "miss");
-    assert_string_equal(overall((pm_map_summary[]){hit, miss, none}, alone, word), "extended");
-    assert_string_equal(overall((pm_map_summary[]){miss, hit, none}, alone, word), "extended");
-    assert_string_equal(overall((pm_map_summary[]){both, miss, none}, alone, word), "extended");
-    assert_string_equal(overall((pm_map_summary[]){hit, hit, none}, second, word), "joined");
-    assert_string_equal(overall((pm_map_summary[]){empty, hit, none}, alone, word), "hit");
+    assert_string_equal(overall((pm_map_summary[PM_MAP_KINDS]){none, none, none}, alone, word),
+                        "none");
+    assert_string_equal(overall((pm_map_summary[PM_MAP_KINDS]){hit, hit, none}, alone, word),
+                        "hit");
+    assert_string_equal(overall((pm_map_summary[PM_MAP_KINDS]){miss, miss, none}, alone, word),
+                        "miss");
+    assert_string_equal(overall((pm_map_summary[PM_MAP_KINDS]){hit, miss, none}, alone, word),
+                        "extended");
+    assert_string_equal(overall((pm_map_summary[PM_MAP_KINDS]){miss, hit, none}, alone, word),
+                        "extended");
+    assert_string_equal(overall((pm_map_summary[PM_MAP_KINDS]){both, miss, none}, alone, word),
+                        "extended");
+    assert_string_equal(overall((pm_map_summary[PM_MAP_KINDS]){hit, hit, none}, second, word),
+                        "joined");
+    assert_string_equal(overall((pm_map_summary[PM_MAP_KINDS]){empty, hit, none}, alone, word),
+                        "hit");
 }
 
 static void an_unknown_error_is_null_not_infinity(void **state)

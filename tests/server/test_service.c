@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "forward/photon.h"
 #include "harness.h"
 
 /* Scenes, jobs and maps, with workers whose engine does what the scene's text says
@@ -45,7 +46,7 @@ static void a_scene_is_checked_and_kept_once(void **state)
     assert_text(first.json, "main", "x/y.rad");
     assert_int_equal(pm_json_get_integer(first.json, "surfaces", 0), 3);
     assert_int_equal(strlen(pm_json_get_text(first.json, "scene", "")), 64);
-    assert_int_equal(pm_json_length(pm_json_get(first.json, "plan")), 3);
+    assert_int_equal(pm_json_length(pm_json_get(first.json, "plan")), PM_MAP_KINDS);
     char location[256];
     assert_non_null(test_header(&first, "Location", location));
     test_reply again =
@@ -126,7 +127,7 @@ static void a_picture_is_made_and_fetched(void **state)
     assert_text(job, "cache", "none");
     assert_int_equal(pm_json_get_integer(job, "passes", 0), 2);
     assert_int_equal(pm_json_length(pm_json_get(job, "curve")), 2);
-    assert_int_equal(pm_json_length(pm_json_get(job, "plan")), 3);
+    assert_int_equal(pm_json_length(pm_json_get(job, "plan")), PM_MAP_KINDS);
     const pm_json *results = pm_json_get(job, "result");
     assert_int_equal(pm_json_length(results), 2);
     for (size_t i = 0; i < 2; i++) {

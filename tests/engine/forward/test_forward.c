@@ -14,7 +14,7 @@ enum {
     GLOBAL = 1 << PM_MAP_GLOBAL,
     CAUSTIC = 1 << PM_MAP_CAUSTIC,
     VOLUME = 1 << PM_MAP_VOLUME,
-    ALL = GLOBAL | CAUSTIC | VOLUME,
+    ALL = GLOBAL | CAUSTIC | VOLUME | 1 << PM_MAP_DIRECT,
 };
 
 #define LAMP "void light bright 0 0 3 5 4 3\nbright ring lamp 0 0 8 0 0 .9 0 0 -1 0 .3\n"

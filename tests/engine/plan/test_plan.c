@@ -105,8 +105,9 @@ static void progressive_jobs_take_what_the_scene_offers(void **state)
     (void)state;
     pm_wanted wanted = {.estimator = PM_PROGRESSIVE, .ambient_bounces = 1};
     pm_plan plan = plan_of(LAMP FLOOR BALL MIST, &wanted);
-    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+    for (int kind = 0; kind < PM_MAP_DIRECT; kind++)
         assert_true(plan.pass[kind].needed);
+    expect(&plan, PM_MAP_DIRECT, false, "no direct pass: next events bring direct light");
     wanted.ambient_bounces = 0;
     plan = plan_of(LAMP FLOOR BALL MIST, &wanted);
     expect(&plan, PM_MAP_GLOBAL, false,
@@ -151,6 +152,19 @@ static void maps_from_files_need_no_count(void **state)
     refuse(&wanted, "16385 photons an estimate of the global map; at most 16384");
 }
 
+static void sensors_need_no_diffuse_surface(void **state)
+{
+    (void)state;
+    pm_wanted wanted = all_maps();
+    pm_plan plan = plan_of(LAMP BALL, &wanted);
+    assert_false(plan.pass[PM_MAP_GLOBAL].needed || plan.pass[PM_MAP_CAUSTIC].needed ||
+                 plan.pass[PM_MAP_DIRECT].needed);
+    wanted.sensors = true;
+    plan = plan_of(LAMP BALL, &wanted);
+    assert_true(plan.pass[PM_MAP_GLOBAL].needed && plan.pass[PM_MAP_CAUSTIC].needed &&
+                plan.pass[PM_MAP_DIRECT].needed);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -160,6 +174,7 @@ int main(void)
         cmocka_unit_test(a_dark_scene_needs_no_pass),
         cmocka_unit_test(a_map_that_nobody_asked_for_is_left_out),
         cmocka_unit_test(counts_are_carried_with_the_default_gather_count),
+        cmocka_unit_test(sensors_need_no_diffuse_surface),
         cmocka_unit_test(progressive_jobs_take_what_the_scene_offers),
         cmocka_unit_test(counts_out_of_range_are_refused),
         cmocka_unit_test(maps_from_files_need_no_count),
