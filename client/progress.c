@@ -91,14 +91,46 @@ static void print_left_out(const pm_options *options, const pm_json *plan)
     }
 }
 
+static double mean(const pm_json *balance, const char *name)
+{
+    const pm_json *color = pm_json_get(balance, name);
+    double sum = 0;
+    for (size_t i = 0; i < 3; i++)
+        sum += pm_json_number(pm_json_at(color, i));
+    return sum / 3;
+}
+
+/* What was planned and why, how many photons a path, and where the light went. */
+static void print_forward(const pm_json *job)
+{
+    const pm_json *plan = pm_json_get(job, "plan"), *maps = pm_json_get(job, "maps");
+    for (size_t i = 0; i < pm_json_length(plan); i++)
+        fprintf(stderr, "%s\n", pm_json_get_text(pm_json_at(plan, i), "reason", ""));
+    for (size_t i = 0; i < pm_json_length(maps); i++) {
+        const pm_json *map = pm_json_at(maps, i);
+        double paths = pm_json_get_number(map, "paths", 0);
+        fprintf(stderr, "%s family %s: %.4g photons a path\n",
+                pm_json_get_text(map, "kind", "?"), pm_json_get_text(map, "family", "?"),
+                paths > 0 ? pm_json_get_number(map, "photons", 0) / paths : 0);
+    }
+    const pm_json *balance = pm_json_get(job, "balance");
+    double emitted = mean(balance, "emitted");
+    if (emitted > 0)
+        fprintf(stderr, "light: %.6g W emitted, %.2f %% absorbed, %.2f %% escaped\n", emitted,
+                100 * mean(balance, "absorbed") / emitted,
+                100 * mean(balance, "escaped") / emitted);
+}
+
 void pm_summary_print(const pm_options *options, const pm_json *job)
 {
     if (options->quiet)
         return;
+    if (options->verbose)
+        print_forward(job);
     const char *cache = pm_json_get_text(job, "cache", "none");
     if (strcmp(cache, "none"))
         fprintf(stderr, "cache: %s\n", cache);
-    if (options->verb != PM_VERB_MKPMAP) /* which says it of each file */
+    if (options->verb != PM_VERB_MKPMAP && !options->verbose) /* mkpmap: of each file */
         print_left_out(options, pm_json_get(job, "plan"));
     const pm_json *curve = pm_json_get(job, "curve");
     size_t points = pm_json_length(curve);

@@ -403,7 +403,8 @@ static pm_status check_file(pm_run *run, pm_map_kind kind, const char *name,
     return pm_error_set_at(
         run->err, PM_E_MISMATCH, name, 0, 0,
         "was made for another scene (octree hash %.12s, this scene has %.12s);"
-        " make it again with mkpmap from this scene",
+        " make it again with mkpmap from this scene, "
+        "with the same -me -ma -mg -bv",
         theirs, ours);
 }
 
