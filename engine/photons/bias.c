@@ -16,34 +16,49 @@ const char *pm_bandwidth_name(pm_bandwidth bandwidth)
 
 /* ---- estimates from the k nearest ---- */
 
-/* The photons found, and what is asked of them. */
+/* The photons found, what is asked of them, and what the first k of them bring, which is found
+ * out when it is asked for. */
 struct found {
     const pm_search *search;
     const pm_photon_map *map;
     const pm_photon_weight *weight; /* NULL: 1 */
-    const pm_ranked *ranked;
+    pm_ranked ranked;
+    uint32_t known;
+    pm_rgb sum[PM_GATHER_MAX + 1], square[PM_GATHER_MAX + 1];
 };
 
-/* Adds photons until there are k. */
-static void take_up_to(const struct found *f, uint32_t k, pm_flux_sum *sums)
+static pm_rgb flux_of(const struct found *f, uint32_t rank)
 {
-    for (; sums->count < k; sums->count++) {
-        pm_photon photon;
-        pm_photon_map_photon(f->map, f->ranked->index[sums->count], &photon);
-        pm_rgb flux = pm_photon_flux(&photon);
-        if (f->weight)
-            flux = pm_rgb_mul(flux, f->weight->of(f->weight->context, &photon));
-        sums->sum = pm_rgb_add(sums->sum, flux);
-        sums->square = pm_rgb_add(sums->square, pm_rgb_mul(flux, flux));
+    const pm_photon_block *block = &f->map->blocks[f->ranked.index[rank] / PM_BLOCK_SIZE];
+    unsigned lane = f->ranked.index[rank] % PM_BLOCK_SIZE;
+    pm_photon photon = {.flux = block->flux[lane], .exponent = block->exponent[lane]};
+    if (!f->weight)
+        return pm_photon_flux(&photon);
+    pm_photon_map_photon(f->map, f->ranked.index[rank], &photon);
+    return pm_rgb_mul(pm_photon_flux(&photon), f->weight->of(f->weight->context, &photon));
+}
+
+static pm_flux_sum sum_of_first(struct found *f, uint32_t k)
+{
+    for (; f->known < k; f->known++) {
+        pm_rgb flux = flux_of(f, f->known);
+        f->sum[f->known + 1] = pm_rgb_add(f->sum[f->known], flux);
+        f->square[f->known + 1] = pm_rgb_add(f->square[f->known], pm_rgb_mul(flux, flux));
     }
+    return (pm_flux_sum){f->sum[k], f->square[k], k};
 }
 
 /* Inverse area of the disc, or volume of the ball, that reaches to the next photon, but for a
  * factor that all share. */
 static double inverse_measure(const struct found *f, uint32_t k)
 {
-    double d2 = fmax(f->ranked->distance2[k], 1);
+    double d2 = fmax(f->ranked.distance2[k], 1);
     return 1 / (f->search->surface ? d2 : d2 * sqrt(d2));
+}
+
+static double pow_2(double v)
+{
+    return v * v;
 }
 
 static double sum_of(pm_rgb c)
@@ -77,30 +92,24 @@ static bool is_biased(const struct history *h, pm_rgb estimate, double own_varia
     return sum_of(pm_rgb_mul(off, off)) > deviations * deviations * fmax(running, own_variance);
 }
 
-static pm_flux_sum compensate(const struct found *f, uint32_t least)
+/* How many photons are taken. */
+static uint32_t compensate(struct found *f, uint32_t least)
 {
     struct history history = {0};
-    pm_flux_sum low = {.count = 0};
+    uint32_t low = least, high = f->ranked.count + 1;
     /* a single photon's estimate has no finite variance */
-    for (uint32_t k = least > 1 ? 2 : 1; k <= least; k++) {
-        take_up_to(f, k, &low);
-        remember(&history, k, pm_rgb_scale(low.sum, inverse_measure(f, k)));
-    }
-    uint32_t high = f->ranked->count + 1;
-    double inverse = inverse_measure(f, least);
-    while (high - low.count > 1) {
-        uint32_t k = low.count + (high - low.count) / 2;
-        pm_flux_sum middle = low;
-        take_up_to(f, k, &middle);
-        double inverse_middle = inverse_measure(f, k);
-        pm_rgb estimate = pm_rgb_scale(middle.sum, inverse_middle);
-        if (is_biased(&history, estimate, sum_of(low.square) * inverse * inverse)) {
+    for (uint32_t k = least > 1 ? 2 : 1; k <= least; k++)
+        remember(&history, k, pm_rgb_scale(sum_of_first(f, k).sum, inverse_measure(f, k)));
+    while (high - low > 1) {
+        uint32_t k = low + (high - low) / 2;
+        double own = sum_of(f->square[low]) * pow_2(inverse_measure(f, low));
+        pm_rgb estimate = pm_rgb_scale(sum_of_first(f, k).sum, inverse_measure(f, k));
+        if (is_biased(&history, estimate, own)) {
             high = k;
             continue;
         }
         remember(&history, k, estimate);
-        low = middle;
-        inverse = inverse_middle;
+        low = k;
     }
     return low;
 }
@@ -111,8 +120,8 @@ enum { SECTORS = 8 };
 
 static unsigned sector_of(const struct found *f, const pm_frame *frame, uint32_t rank)
 {
-    const pm_photon_block *block = &f->map->blocks[f->ranked->index[rank] / PM_BLOCK_SIZE];
-    unsigned lane = f->ranked->index[rank] % PM_BLOCK_SIZE;
+    const pm_photon_block *block = &f->map->blocks[f->ranked.index[rank] / PM_BLOCK_SIZE];
+    unsigned lane = f->ranked.index[rank] % PM_BLOCK_SIZE;
     pm_vec3 way = {(double)(block->position[0][lane] - f->search->point[0]),
                    (double)(block->position[1][lane] - f->search->point[1]),
                    (double)(block->position[2][lane] - f->search->point[2])};
@@ -131,25 +140,23 @@ static bool is_even(const uint32_t counts[SECTORS], uint32_t total)
     return chi2 <= quantile * expected;
 }
 
-static pm_flux_sum hold(const struct found *f, uint32_t least)
+static uint32_t hold(struct found *f, uint32_t least)
 {
     pm_frame frame =
         pm_frame_make((pm_vec3){(double)f->search->normal[0], (double)f->search->normal[1],
                                 (double)f->search->normal[2]});
     uint32_t counts[SECTORS] = {0}, counted = 0, kept = least;
     for (uint32_t k = least;; k += k / 5 + 1) {
-        k = k < f->ranked->count ? k : f->ranked->count;
+        k = k < f->ranked.count ? k : f->ranked.count;
         for (; counted < k; counted++)
             counts[sector_of(f, &frame, counted)]++;
         if (!is_even(counts, k))
             break;
         kept = k;
-        if (k == f->ranked->count)
+        if (k == f->ranked.count)
             break;
     }
-    pm_flux_sum sums = {.count = 0};
-    take_up_to(f, kept, &sums);
-    return sums;
+    return kept;
 }
 
 /* ---- together ---- */
@@ -159,18 +166,21 @@ static pm_estimate adapt(pm_search *search, const pm_gather_range *range,
 {
     assert(range->least && range->least <= range->most && range->most <= PM_GATHER_MAX);
     pm_candidates candidates;
-    pm_ranked ranked;
+    struct found found;
     double radius = pm_density_find(search, range->most, INFINITY, &candidates);
     double next = radius * PM_GRID_PER_WORLD;
-    pm_ranked_sort(&candidates, next * next, &ranked);
-    const struct found found = {search, search->map, weight, &ranked};
-    pm_flux_sum sums = {.count = 0};
-    if (ranked.count <= range->least)
-        take_up_to(&found, ranked.count, &sums);
-    else
-        sums =
+    pm_ranked_sort(&candidates, next * next, &found.ranked);
+    found.search = search;
+    found.map = search->map;
+    found.weight = weight;
+    found.known = 0;
+    found.sum[0] = found.square[0] = pm_rgb_grey(0);
+    uint32_t count = found.ranked.count;
+    if (count > range->least)
+        count =
             (range->bandwidth == PM_BANDWIDTH_CHI2 ? hold : compensate)(&found, range->least);
-    radius = sqrt(ranked.distance2[sums.count]) / PM_GRID_PER_WORLD;
+    pm_flux_sum sums = sum_of_first(&found, count);
+    radius = sqrt(found.ranked.distance2[count]) / PM_GRID_PER_WORLD;
     return (search->surface ? pm_density_over_disc : pm_density_over_ball)(search->map, &sums,
                                                                            radius);
 }
