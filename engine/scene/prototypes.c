@@ -162,7 +162,7 @@ static pm_status read_prototype(pm_parser *parser, size_t index)
                             .prefix = "",
                             .depth = 1};
     const pm_names outer = parser->names;
-    parser->names = (pm_names){.arena = &parser->scratch};
+    parser->names = (pm_names){.arena = parser->arena}; /* surfaces keep texts of names */
     parser->prototypes[index].first = parser->count;
     pm_status st = parser->prototypes[index].mesh ? read_materials(parser, &frame, index)
                                                   : read_octree(parser, &frame, index);
