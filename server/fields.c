@@ -293,7 +293,8 @@ const pm_field pm_fields_job[] = {
      .high = 50000,
      .unit = "scatterings",
      .otherwise = "5000",
-     .doc = "Most scatterings on a photon's path."},
+     .doc = "Most scatterings on a photon's path. From 5000 on those in media do not count: "
+            "roulette ends them."},
     {.name = "max_length",
      .type = PM_FIELD_NUMBER,
      .low = 1e-30,

@@ -97,6 +97,16 @@ static void trace_chunk(void *context, size_t c, unsigned thread)
 
 /* ---- runs ---- */
 
+/* In media roulette ends a path where there is any absorption. Where there is none, a share of
+ * 1 / sqrt(pi 2^17), 1 in 600, of what enters a medium without an end is lost. */
+static void set_bounds(struct pm_tracer *tracer, uint32_t max_events)
+{
+    bool few = max_events < pm_forward_defaults().max_events;
+    tracer->max_events = max_events;
+    tracer->max_collisions = few ? max_events : 1U << 17;
+    tracer->max_scatterings = few ? max_events : max_events + tracer->max_collisions;
+}
+
 static struct pm_tracer tracer_of(const pm_forward *forward, pm_rng_purpose purpose,
                                   unsigned replicate)
 {
@@ -104,8 +114,8 @@ static struct pm_tracer tracer_of(const pm_forward *forward, pm_rng_purpose purp
                                .choice = &forward->choice,
                                .ports = forward->ports,
                                .seed = forward->seed,
-                               .purpose = purpose,
-                               .max_events = forward->max_events};
+                               .purpose = purpose};
+    set_bounds(&tracer, forward->max_events);
     pm_tracer_set_replicate(&tracer, replicate);
     return tracer;
 }

@@ -41,8 +41,10 @@ typedef struct pm_name_list {
 
 typedef struct pm_forward_options {
     uint64_t seed;       /* -apr */
-    uint32_t max_events; /* -apm / -lr: most scatterings a path; default 5000. Reached paths end
-                            as absorbed */
+    uint32_t max_events; /* -apm / -lr: most scatterings of a path; from the default, 5000, on
+                            those in media do not count, where roulette ends it, 2^17 of them
+                            at the latest. What is left of a path at its bound counts as
+                            absorbed */
     double max_length;   /* -ld: of a path; 0 = none */
 
     const pm_port_option *ports; /* -apo */

@@ -27,9 +27,10 @@ struct walk {
     pm_emission emission;
     double travelled; /* from the light, or from where distant light enters the scene */
     uint32_t segment;
-    uint32_t events;   /* diffuse, glossy, specular and volume ones */
-    uint32_t straight; /* passages since the last event */
-    bool specular;     /* the last event was specular or glossy */
+    uint32_t events;     /* diffuse, glossy and specular ones, */
+    uint32_t collisions; /* and those in media */
+    uint32_t straight;   /* passages since the last event */
+    bool specular;       /* the last event was specular or glossy */
 };
 
 /* True with probability p, also for a p far below the 2^-32 steps of one number. */
@@ -68,15 +69,24 @@ static bool survives(struct walk *walk, pm_rgb flux)
     return true;
 }
 
+/* Whether the light has been scattered on its way. */
+static bool is_indirect(const struct walk *walk)
+{
+    return walk->events || walk->collisions;
+}
+
 /* Counts a scattering. False if the path is at its bound: the rest of its flux counts as
  * absorbed. */
-static bool count_event(struct walk *walk, pm_event event)
+static bool count_event(struct walk *walk, pm_event event, bool in_medium)
 {
     bool within;
     if (event == PM_EVENT_STRAIGHT) {
         within = walk->straight++ < STRAIGHT_MAX;
     } else {
-        within = walk->events++ < walk->tracer->max_events;
+        uint32_t *spent = in_medium ? &walk->collisions : &walk->events;
+        within = *spent < (in_medium ? walk->tracer->max_collisions : walk->tracer->max_events);
+        within = within && walk->events + walk->collisions < walk->tracer->max_scatterings;
+        ++*spent;
         walk->straight = 0;
         walk->specular = event == PM_EVENT_SPECULAR || event == PM_EVENT_GLOSSY;
     }
@@ -114,7 +124,7 @@ static pm_rgb absorbed_by(const pm_surface *surface, pm_rgb before, pm_rgb after
  * is. */
 static double focus_share(const struct walk *walk)
 {
-    if (walk->events || !(walk->emission.focus > 0))
+    if (is_indirect(walk) || !(walk->emission.focus > 0))
         return 1;
     return pm_emission_share(&walk->emission, walk->travelled);
 }
@@ -137,7 +147,7 @@ static void apply_focus(struct walk *walk)
 /* Weak light that leaves through the front of an illum is in that illum's own light. */
 static bool is_stood_for(const struct walk *walk, const pm_hit *hit, pm_vec3 wi)
 {
-    bool weak = walk->emission.weak || walk->events;
+    bool weak = walk->emission.weak || is_indirect(walk);
     return weak && pm_light_stands_in(walk->tracer->world, hit, wi);
 }
 
@@ -159,7 +169,7 @@ static bool is_stored(const struct walk *walk, uint32_t surface, pm_vec3 point)
 /* Of a photon that lands on a diffuse surface or a sensor. */
 static unsigned kinds_here(const struct walk *walk)
 {
-    if (!walk->events)
+    if (!is_indirect(walk))
         return 1U << PM_MAP_DIRECT;
     return walk->specular ? 1U << PM_MAP_GLOBAL | 1U << PM_MAP_CAUSTIC : 1U << PM_MAP_GLOBAL;
 }
@@ -191,7 +201,7 @@ static bool meet_surface(struct walk *walk, const pm_hit *hit)
     }
     if (scatter.event != PM_EVENT_STRAIGHT)
         apply_focus(walk);
-    if (!count_event(walk, scatter.event))
+    if (!count_event(walk, scatter.event, false))
         return false;
     if (is_stood_for(walk, hit, scatter.wi)) {
         add_to(&walk->recorder->absorbed, walk->flux);
@@ -417,7 +427,7 @@ void pm_path_trace(const struct pm_tracer *tracer, uint64_t number, uint32_t sob
     struct walk walk;
     walk.tracer = tracer;
     walk.recorder = recorder;
-    walk.segment = walk.events = walk.straight = 0;
+    walk.segment = walk.events = walk.collisions = walk.straight = 0;
     walk.specular = false;
     pm_port_entry entry;
     if (!emit(&walk, sobol_index, &entry))

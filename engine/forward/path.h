@@ -20,7 +20,9 @@ struct pm_tracer {
     const struct pm_choice *choice; /* NULL: everything is stored, and nothing cut off */
     uint64_t seed;
     pm_rng_purpose purpose;
-    uint32_t max_events;
+    uint32_t max_events;                    /* most scatterings at surfaces */
+    uint32_t max_collisions;                /* in media */
+    uint32_t max_scatterings;               /* together */
     uint32_t scramble[PM_SOBOL_DIMENSIONS]; /* of the emission's Sobol sequence */
     const pm_ports *ports;                  /* NULL: distant light comes from everywhere */
 };

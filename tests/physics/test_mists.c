@@ -122,6 +122,80 @@ static void sun_into_mist_has_the_references_light(void **state)
                      discs, 3, SAMPLES);
 }
 
+/* ---- thick media ----
+ *
+ * A sun at the zenith over a cloud without an end below, of single-scattering albedo w: the
+ * share 1 - H(1) sqrt(1 - w) comes back (Chandrasekhar, Radiative Transfer, 1960, eq. 5.26
+ * ff.), with 1 / H(m) = sqrt(1 - w) + w/2 int_0^1 x H(x) / (m + x) dx. */
+enum { NODES = 400 };
+
+static double albedo_of_a_deep_cloud(double w)
+{
+    double h[NODES + 1], next[NODES + 1]; /* the last is at m = 1 */
+    for (int i = 0; i <= NODES; i++)
+        h[i] = 1;
+    for (int round = 0; round < 400; round++) {
+        for (int i = 0; i <= NODES; i++) {
+            double m = i < NODES ? (i + .5) / NODES : 1, sum = 0;
+            for (int k = 0; k < NODES; k++) {
+                double x = (k + .5) / NODES;
+                sum += x * h[k] / (m + x) / NODES;
+            }
+            next[i] = 1 / (sqrt(1 - w) + w / 2 * sum);
+        }
+        for (int i = 0; i <= NODES; i++)
+            h[i] = (h[i] + next[i]) / 2;
+    }
+    return 1 - h[NODES] * sqrt(1 - w);
+}
+
+#define FOG_CUBE                                                                               \
+    "fog polygon low 0 0 12 -1 -1 -1 -1 1 -1 1 1 -1 1 -1 -1\n"                                 \
+    "fog polygon top 0 0 12 -1 -1 1 1 -1 1 1 1 1 -1 1 1\n"                                     \
+    "fog polygon south 0 0 12 -1 -1 -1 1 -1 -1 1 -1 1 -1 -1 1\n"                               \
+    "fog polygon north 0 0 12 -1 1 -1 -1 1 1 1 1 1 1 1 -1\n"                                   \
+    "fog polygon west 0 0 12 -1 -1 -1 -1 -1 1 -1 1 1 -1 1 -1\n"                                \
+    "fog polygon east 0 0 12 1 -1 -1 1 1 -1 1 1 1 1 -1 1\n"
+
+/* Optical thicknesses of 2000 and 6 10^4. The cloud takes 4 (1 - albedo) of the sun's light, all
+ * else escapes, and paths live as long as they do: with .9999, of what enters 1 in 180 is
+ * scattered 5000 times or more, but for roulette. Light that diffuses through a length 1 / (s sqrt(3 (1 - w)))
+ * may leave by the sides, as far from them: of what is taken there, a share. */
+static void expect_deep_cloud(double extinction, double w)
+{
+    double radiance = sun_radiance();
+    char *text =
+        text_of("void light sun 0 0 3 %.17g %.17g %.17g  sun source s 0 0 4 0 0 1 .1\n"
+                "void mist fog 0 0 7 %g %g %g %.17g %.17g %.17g 0\n" FOG_CUBE,
+                radiance, radiance, radiance, extinction, extinction, extinction, w, w, w);
+    pm_sensor sensor = {{0, 0, 5}, {0, 0, 1}};
+    pm_job job = job_of(PM_JOB_TRACE, -1);
+    look_at(&job, &sensor, 1, PM_IRRADIANCE);
+    struct stat taken = {0}, rest = {0};
+    for (unsigned seed = 1; seed <= 4; seed++) {
+        pm_answer answer;
+        job.forward.seed = seed;
+        run_job(&job, text, NULL, &answer);
+        stat_add(&taken, answer.absorbed.r / 4);
+        stat_add(&rest, (answer.emitted.r - answer.absorbed.r - answer.escaped.r) / 4);
+        pm_answer_clear(&answer);
+    }
+    double want = 1 - albedo_of_a_deep_cloud(w);
+    double side = 2 / (extinction * sqrt(3 * (1 - w)));
+    char what[60];
+    snprintf(what, sizeof what, "extinction %g albedo %g", extinction, w);
+    expect_mean(what, &taken, want, want * (2 * side + 1e-3));
+    expect_mean("balance", &rest, 0, ROUNDING);
+    free(text);
+}
+
+static void thick_clouds_reflect_what_theory_says(void **state)
+{
+    (void)state;
+    expect_deep_cloud(1e3, .9);
+    expect_deep_cloud(3e4, .9999);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -130,6 +204,7 @@ int main(void)
         cmocka_unit_test(lights_in_mist_have_the_references_light),
         cmocka_unit_test(lights_in_glass_have_the_references_light),
         cmocka_unit_test(sun_into_mist_has_the_references_light),
+        cmocka_unit_test(thick_clouds_reflect_what_theory_says),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -47,7 +47,9 @@ static struct run trace(const char *scene, unsigned paths, unsigned kinds)
     struct pm_tracer tracer = {.world = run.world,
                                .seed = 11,
                                .purpose = PM_RNG_PATH,
-                               .max_events = MAX_EVENTS};
+                               .max_events = MAX_EVENTS,
+                               .max_collisions = MAX_EVENTS,
+                               .max_scatterings = MAX_EVENTS};
     pm_tracer_set_replicate(&tracer, 3);
     struct pm_recorder total = {0};
     pm_rgb sum = {0, 0, 0}, sum2 = {0, 0, 0}, none = {0, 0, 0};
