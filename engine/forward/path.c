@@ -271,7 +271,7 @@ static bool collide(struct walk *walk, const pm_medium *medium, pm_vec3 point)
     apply_focus(walk);
     if (is_stored(walk, PM_NO_PRIMITIVE, point))
         deposit(walk, 1U << PM_MAP_VOLUME, walk->flux, point, (pm_vec3){0, 0, 0});
-    if (!count_event(walk, PM_EVENT_DIFFUSE))
+    if (!count_event(walk, PM_EVENT_DIFFUSE, true))
         return false;
     pm_rgb weight, flux = pm_rgb_mul(walk->flux, medium->albedo);
     add_to(&walk->recorder->absorbed, pm_rgb_sub(walk->flux, flux));
