@@ -1,6 +1,8 @@
 #include "pipeline_internal.h"
 
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 static double clock_seconds(clockid_t clock)
@@ -62,6 +64,20 @@ static pm_status compile(pm_run *run, const pm_bundle *bundle)
     return PM_OK;
 }
 
+/* What is said about the photons' start belongs to the first pass that is made. */
+static void add_note(pm_run *run)
+{
+    const char *note = pm_forward_note(run->forward);
+    for (int kind = 0; kind < PM_MAP_KINDS && *note; kind++) {
+        pm_plan_pass *pass = &run->answer->plan.pass[kind];
+        if (!pass->needed)
+            continue;
+        size_t length = strlen(pass->reason);
+        snprintf(pass->reason + length, sizeof pass->reason - length, "; %s", note);
+        return;
+    }
+}
+
 static pm_status start_forward(pm_run *run)
 {
     pm_wanted wanted = run->job->wanted;
@@ -71,6 +87,8 @@ static pm_status start_forward(pm_run *run)
     pm_status st = pm_plan_make(run->world, &wanted, &run->answer->plan, run->err);
     if (!st)
         st = pm_forward_new(run->world, &run->job->forward, run->pool, &run->forward, run->err);
+    if (!st)
+        add_note(run);
     return st;
 }
 

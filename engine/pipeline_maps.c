@@ -174,10 +174,11 @@ pm_map_header pm_run_map_header(const pm_run *run, pm_map_kind kind)
 static void write_note(const pm_run *run, const struct growing *map, pm_map_header *header)
 {
     const pm_answer *answer = run->answer;
-    if (!map->gave_up)
+    snprintf(header->note, sizeof header->note, "%s", pm_forward_note(run->forward));
+    if (!map->gave_up || pm_rgb_is_black(answer->emitted))
         return;
     double emitted = pm_rgb_mean(answer->emitted);
-    double escaped = emitted > 0 ? 100 * pm_rgb_mean(answer->escaped) / emitted : 0;
+    double escaped = 100 * pm_rgb_mean(answer->escaped) / emitted;
     snprintf(header->note, sizeof header->note,
              "stopped at %" PRIu64 " paths with %" PRIu64 " of %" PRIu64
              " photons: too few paths end here; %.1f %% of the light escaped",

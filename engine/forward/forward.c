@@ -113,6 +113,7 @@ static struct pm_tracer tracer_of(const pm_forward *forward, pm_rng_purpose purp
     struct pm_tracer tracer = {.world = forward->world,
                                .choice = &forward->choice,
                                .ports = forward->ports,
+                               .openings = forward->openings,
                                .seed = forward->seed,
                                .purpose = purpose};
     set_bounds(&tracer, forward->max_events);
@@ -217,13 +218,16 @@ static pm_status run_prepass(pm_forward *forward, pm_pool *pool, pm_error *err)
     return st;
 }
 
+/* Named ports, or openings that are found. */
 static pm_status open_ports(pm_forward *forward, const pm_forward_options *options,
                             pm_error *err)
 {
     const pm_selection *chosen = forward->choice.ports;
     const pm_ports_options ports = {
         {&chosen[0], &chosen[1]}, options->direction_resolution, options->partition};
-    return pm_ports_new(forward->world, &ports, &forward->ports, err);
+    if (chosen[0].any || chosen[1].any)
+        return pm_ports_new(forward->world, &ports, &forward->ports, err);
+    return pm_openings_find(forward->world, &forward->openings, err);
 }
 
 pm_status pm_forward_new(const pm_world *world, const pm_forward_options *options,
@@ -260,6 +264,7 @@ void pm_forward_free(pm_forward *forward)
     if (!forward)
         return;
     pm_ports_free(forward->ports);
+    pm_openings_free(forward->openings);
     pm_choice_clear(&forward->choice);
     if (forward->counters)
         recorders_free(forward->counters->spare);
@@ -379,6 +384,16 @@ double pm_forward_rate(const pm_forward *forward, pm_map_kind kind)
 double pm_forward_flux_scale(const pm_forward *forward)
 {
     return forward->flux_scale;
+}
+
+const char *pm_forward_note(const pm_forward *forward)
+{
+    const pm_selection *chosen = forward->choice.ports;
+    if ((chosen[0].any || chosen[1].any) && !forward->ports)
+        return "no source is distant, so the ports have no effect";
+    if (forward->ports && pm_rgb_is_black(forward->emitted))
+        return "no light comes in through the ports; are their normals right?";
+    return forward->openings ? pm_openings_note(forward->openings) : "";
 }
 
 pm_rgb pm_forward_emitted(const pm_forward *forward)

@@ -43,6 +43,9 @@ double pm_forward_flux_scale(const pm_forward *forward);
  * pre-run, and the lamps'. */
 pm_rgb pm_forward_emitted(const pm_forward *forward);
 
+/* What a user should know about where its photons come from; "" for nothing. */
+const char *pm_forward_note(const pm_forward *forward);
+
 /* Probability with which a deposit is stored; stored fluxes are divided by it already. */
 double pm_forward_storage_probability(const pm_forward *forward, pm_map_kind kind);
 

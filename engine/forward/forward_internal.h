@@ -6,6 +6,7 @@
 
 #include "forward/choice.h"
 #include "forward/forward.h"
+#include "world/openings.h"
 #include "world/ports.h"
 
 enum {
@@ -29,6 +30,7 @@ struct pm_forward {
     uint32_t max_events;
     struct pm_choice choice; /* what the options name */
     pm_ports *ports;         /* NULL: distant light comes from everywhere */
+    pm_openings *openings;   /* NULL: there are none to aim at */
     double flux_scale;
     pm_rgb emitted;                   /* in the pre-run, on average [W / scale^2] */
     double probability[PM_MAP_KINDS]; /* of storing a deposit */

@@ -384,6 +384,8 @@ static bool draw_emission(const struct pm_tracer *tracer, uint32_t sobol_index,
     double u[PM_SOBOL_DIMENSIONS];
     pm_sobol_point(sobol_index, tracer->scramble, u);
     out->enters = false;
+    if (tracer->openings)
+        return pm_openings_emit(tracer->openings, u, emission);
     if (!tracer->ports)
         return pm_light_emit(tracer->world, u, emission);
     bool emits = pm_ports_emit(tracer->ports, u, out);

@@ -9,6 +9,7 @@
 #include "base/rng.h"
 #include "base/sobol.h"
 #include "forward/photon.h"
+#include "world/openings.h"
 #include "world/ports.h"
 #include "world/world.h"
 
@@ -25,6 +26,7 @@ struct pm_tracer {
     uint32_t max_scatterings;               /* together */
     uint32_t scramble[PM_SOBOL_DIMENSIONS]; /* of the emission's Sobol sequence */
     const pm_ports *ports;                  /* NULL: distant light comes from everywhere */
+    const pm_openings *openings;            /* NULL: unaimed */
 };
 
 /* Fills in `scramble` for a replicate. */
