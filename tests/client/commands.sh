@@ -152,6 +152,18 @@ awk '{ exit !($1 > 0 || $2 > 0 || $3 > 0) }' seen.txt || fail "a dump is dark: $
 echo '!xform -t 5 0 0 box.rad' >moved.rad
 echo '4.3 .7 0  0 0 1' | "$pm" trace moved.rad --passes 2 | awk '{ if (!($1 > 0)) exit 1 }' || fail "xform"
 
+# What is stored where; the medium and back faces are of the scene; messages go to a file.
+expect 0 "wrote floor.gpm" "$pm" mkpmap -apg floor.gpm 500 -apd floor.dpm 500 -api -2 -2 -.1 2 2 .1 box.rad
+"$pm" pmapdump -a floor.gpm -a floor.dpm | awk '$3 > .1001 { exit 1 } END { exit (NR < 1000) }' ||
+    fail "photons outside the region: $("$pm" pmapdump -a floor.gpm | head -3)"
+expect 0 "Kind:         direct" "$pm" pmapinfo floor.dpm
+expect 1 "to be looked at with pmapdump" "$pm" rpict -x 8 -y 8 -ap floor.dpm box.rad
+expect 0 "" "$pm" mkpmap -apg fog.gpm 1k -apv fog.vpm 1k -me .2 .2 .2 -ma .5 .5 .5 -v -e messages.txt box.rad
+grep -q "^# .*mkpmap -apg fog.gpm" messages.txt && grep -q "% escaped" messages.txt &&
+    grep -q "wrote fog.vpm" messages.txt || fail "messages: $(cat messages.txt)"
+expect 1 "with the same -me -ma -mg -bv" "$pm" rpict -x 8 -y 8 -apg fog.gpm box.rad
+expect 0 "" "$pm" rpict -x 8 -y 8 -apg fog.gpm -apv fog.vpm -me .2 .2 .2 -ma .5 .5 .5 box.rad
+
 # Nobody else uses the server, so it was gone before its client.
 [ ! -e "$PM_STORE.sock" ] || fail "the server stayed"
 echo "$passed passed, 0 failed"

@@ -20,6 +20,22 @@ expect 2 "no map asked for" "$pm" mkpmap box.rad
 expect 3 "server at http://127.0.0.1:9" "$pm" --server http://127.0.0.1:9 job list
 expect 2 "view" "$pm" render box.rad -vd 0 0 1 -o a.exr
 
+# Surfaces and regions of mkpmap: names come from the command line, files or nowhere.
+: >empty.txt
+printf 'grey\nnone such\n' >names.txt
+expect 1 "-ae: no surface has the modifier 'gray'; there are: grey" "$pm" mkpmap -apg a.gpm 1k -ae gray box.rad
+expect 1 "-aps: no surface has the modifier 'none'" "$pm" mkpmap -apg a.gpm 1k -apS names.txt box.rad
+expect 1 "empty.txt: names no modifier" "$pm" mkpmap -apg a.gpm 1k -aI empty.txt box.rad
+expect 1 "missing.txt: cannot be read" "$pm" mkpmap -apg a.gpm 1k -aE missing.txt box.rad
+expect 2 "-ae or -ai alone" "$pm" mkpmap -apg a.gpm 1k -ae grey -ai glass box.rad
+expect 2 "ball of radius -1" "$pm" mkpmap -apg a.gpm 1k -apI 0 0 0 -1 box.rad
+expect 2 "-api nan" "$pm" mkpmap -apg a.gpm 1k -api 0 0 nan 1 1 1 box.rad
+expect 2 "dark where no photons are stored" "$pm" render box.rad -ae grey -o a.exr
+expect 2 "an extinction must be 0 to" "$pm" render box.rad -me -1 0 0 -o a.exr
+expect 2 "give -me r g b" "$pm" render box.rad -ma 1 1 1 -o a.exr
+expect 1 "nowhere/messages" "$pm" mkpmap -apg a.gpm 1k -e nowhere/messages box.rad
+[ ! -e a.gpm ] || fail "a refused mkpmap left a map"
+
 printf 'void plastic grey 0 0 4 .5 .5 .5 0\ngrey sphere s 0 0 4 0 0 0 1\n' >few.rad
 expect 1 "few.rad:1:" "$pm" trace few.rad
 printf 'void plastic grey 0 0 5 .5 .5 .5 0 0\n!genclock grey b 1\n' >command.rad
