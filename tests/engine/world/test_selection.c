@@ -152,6 +152,37 @@ static void surfaces_are_called_as_in_the_file(void **state)
     pm_scene_free(scene);
 }
 
+/* Those of instances come as often as they are placed; too many are refused. */
+static void chosen_surfaces_are_listed(void **state)
+{
+    (void)state;
+    static const char main[] =
+        "void plastic blue" PLASTIC "void instance own 1 tree.oct 0 0\n"
+        "void instance next 5 tree.oct -t 0 0 2 0 0\n"
+        "blue instance painted 5 tree.oct -t 0 0 1 0 0\n" SQUARE("blue", "a", "7");
+    const struct file tree = {
+        "tree", "void plastic red 0 0 5 .1 .1 .1 0 0\n" SQUARE("red", "leaf", "0")};
+    pm_error err = PM_ERROR_INIT;
+    pm_world *world = NULL;
+    pm_scene *scene = scene_of_files(main, &tree, 1);
+    assert_int_equal(pm_world_compile(scene, &world, &err), PM_OK);
+    pm_scene_free(scene);
+    for (int i = 0; i < 2; i++) {
+        pm_selection s = choose(world, i ? "red" : "blue");
+        uint32_t *list;
+        size_t count;
+        assert_int_equal(pm_selection_list(&s, world, 2, &list, &count, &err), PM_OK);
+        assert_int_equal(count, 2);
+        assert_true(list[0] < list[1]);
+        for (size_t k = 0; k < count; k++)
+            assert_true(pm_selection_has(&s, world, list[k]));
+        free(list);
+        assert_int_equal(pm_selection_list(&s, world, 1, &list, &count, NULL), PM_E_LIMIT);
+        pm_selection_clear(&s);
+    }
+    pm_world_free(world);
+}
+
 static void no_names_choose_nothing(void **state)
 {
     (void)state;
@@ -171,6 +202,7 @@ int main(void)
         cmocka_unit_test(digests_are_by_what_is_chosen),
         cmocka_unit_test(surfaces_of_instances_are_chosen),
         cmocka_unit_test(surfaces_are_called_as_in_the_file),
+        cmocka_unit_test(chosen_surfaces_are_listed),
         cmocka_unit_test(no_names_choose_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
