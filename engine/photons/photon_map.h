@@ -78,12 +78,16 @@ size_t pm_photon_map_count(const pm_photon_map *map);
 void pm_photon_map_photon(const pm_photon_map *map, size_t i, pm_photon *out);
 /* A photon [W, scene units]; of a precomputed map its irradiance [W/m^2], to ten bits. */
 pm_rgb pm_photon_map_mean_flux(const pm_photon_map *map);
-size_t pm_photon_map_bytes(const pm_photon_map *map);     /* of memory */
+size_t pm_photon_map_bytes(const pm_photon_map *map); /* of memory */
 
 /* ---- density estimation; flux densities in W / scale^2 per world area = W/m^2 ----
  *
  * Points and radii are in world coordinates, normals and directions unit. Points may lie
- * anywhere but must be finite. The same call gives the same bytes on any machine with AVX2. */
+ * anywhere but must be finite; they are rounded to the step of stored positions, 2^-31, and
+ * distances to floats. Sums begin in floats, 64 blocks of 16 photons at most, and go on in
+ * doubles. The same call gives the same bytes by AVX-512, AVX2 or SSE2 (the rest needs AVX2),
+ * and alone or in a batch. Tests: batches_have_the_bytes_of_single_calls,
+ * instruction_sets_give_the_same_bytes. */
 
 /* Which photons a look-up takes. */
 typedef enum pm_photon_filter {
