@@ -15,6 +15,8 @@ typedef enum pm_rng_purpose {
     PM_RNG_CAMERA = 3,   /* backward paths; index = pass << 32 | pixel or sensor */
     PM_RNG_SCRAMBLE = 4, /* Sobol scrambles; index = replicate */
     PM_RNG_SURVEY = 5,   /* paths of scene check; index = path number */
+    PM_RNG_AIMED = 6,    /* forward paths of caustic maps */
+    PM_RNG_AIMED_PREPASS = 7,
     PM_RNG_PRECOMPUTE = 20 /* places about precomputed photons; index = photon */
 } pm_rng_purpose;
 

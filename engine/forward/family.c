@@ -46,5 +46,6 @@ pm_digest pm_forward_family(const pm_forward *forward, pm_map_kind kind)
     put_number(&c, PM_FORWARD_PREPASS_PATHS);
     put_number(&c, PM_FORWARD_PHOTONS_A_PATH);
     put_text(&c, ray_kernel);
+    put_text(&c, forward->aim && kind == PM_MAP_CAUSTIC ? "aimed" : "unaimed");
     return pm_digest_of(c.bytes, c.size);
 }

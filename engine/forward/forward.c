@@ -107,15 +107,19 @@ static void set_bounds(struct pm_tracer *tracer, uint32_t max_events)
     tracer->max_scatterings = few ? max_events : max_events + tracer->max_collisions;
 }
 
-static struct pm_tracer tracer_of(const pm_forward *forward, pm_rng_purpose purpose,
+/* Paths of caustic maps are aimed. */
+static struct pm_tracer tracer_of(const pm_forward *forward, bool prepass, bool aimed,
                                   unsigned replicate)
 {
+    static const pm_rng_purpose purposes[2][2] = {{PM_RNG_PATH, PM_RNG_AIMED},
+                                                  {PM_RNG_PREPASS, PM_RNG_AIMED_PREPASS}};
     struct pm_tracer tracer = {.world = forward->world,
                                .choice = &forward->choice,
                                .ports = forward->ports,
                                .openings = forward->openings,
                                .seed = forward->seed,
-                               .purpose = purpose};
+                               .purpose = purposes[prepass][aimed],
+                               .aim = aimed ? forward->aim : NULL};
     set_bounds(&tracer, forward->max_events);
     pm_tracer_set_replicate(&tracer, replicate);
     return tracer;
@@ -185,6 +189,15 @@ static pm_status run_chunks(const pm_forward *forward, struct run *run, size_t c
     return PM_OK;
 }
 
+/* Caustic photons have paths of their own where these can be aimed. */
+static unsigned kinds_of_run(const pm_forward *forward, bool aimed)
+{
+    unsigned all = (1U << PM_MAP_KINDS) - 1, caustic = 1U << PM_MAP_CAUSTIC;
+    if (!forward->aim)
+        return aimed ? 0 : all;
+    return aimed ? caustic : all & ~caustic;
+}
+
 /* ---- the pre-run ---- */
 
 /* At most PM_FORWARD_PHOTONS_A_PATH photons a path on average, in steps that a 32-bit draw can
@@ -197,21 +210,23 @@ static void set_probability(pm_forward *forward, int kind, uint64_t deposits)
     forward->rate[kind] = mean * forward->probability[kind];
 }
 
-static pm_status run_prepass(pm_forward *forward, pm_pool *pool, pm_error *err)
+static pm_status run_prepass(pm_forward *forward, bool aimed, pm_pool *pool, pm_error *err)
 {
-    unsigned threads = pm_pool_threads(pool);
-    struct run run = {.tracer = tracer_of(forward, PM_RNG_PREPASS, 0),
+    unsigned threads = pm_pool_threads(pool), kinds = kinds_of_run(forward, aimed);
+    struct run run = {.tracer = tracer_of(forward, true, aimed, 0),
                       .recorders = recorders_start(forward, threads, 0, 0)};
     if (!run.recorders)
         return pm_error_set(err, PM_E_MEMORY, "no memory for the forward pass");
     pm_status st = run_chunks(forward, &run, PREPASS_CHUNKS, pool, err);
     for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
         uint64_t deposits = 0;
+        if (!(kinds & (1U << kind)))
+            continue;
         for (unsigned t = 0; t < threads; t++)
             deposits += run.recorders->of[t].deposits[kind];
         set_probability(forward, kind, deposits);
     }
-    for (size_t c = 0; c < PREPASS_CHUNKS; c++)
+    for (size_t c = 0; c < PREPASS_CHUNKS && !aimed; c++)
         forward->emitted =
             pm_rgb_madd(forward->emitted, 1. / PM_FORWARD_PREPASS_PATHS, run.chunks[c].emitted);
     recorders_put(forward, run.recorders);
@@ -250,7 +265,11 @@ pm_status pm_forward_new(const pm_world *world, const pm_forward_options *option
     if (!st)
         st = open_ports(forward, options, err);
     if (!st)
-        st = run_prepass(forward, pool, err);
+        st = pm_aim_new(world, forward->ports || forward->openings, &forward->aim, err);
+    if (!st)
+        st = run_prepass(forward, false, pool, err);
+    if (!st && forward->aim)
+        st = run_prepass(forward, true, pool, err);
     if (st) {
         pm_forward_free(forward);
         return st;
@@ -266,6 +285,7 @@ void pm_forward_free(pm_forward *forward)
     pm_ports_free(forward->ports);
     pm_openings_free(forward->openings);
     pm_choice_clear(&forward->choice);
+    pm_aim_free(forward->aim);
     if (forward->counters)
         recorders_free(forward->counters->spare);
     free(forward->counters);
@@ -335,6 +355,41 @@ static pm_status join_all(struct run *run, uint64_t index, unsigned kinds,
                     : pm_error_set(err, PM_E_MEMORY, "no memory for a batch of photons");
 }
 
+/* The kinds that share their paths. */
+struct request {
+    uint64_t index;
+    unsigned kinds;
+    bool aimed;
+    bool (*cancelled)(void *);
+    void *context;
+};
+
+static pm_status trace_batch(const pm_forward *forward, const struct request *request,
+                             pm_pool *pool, pm_batch out[PM_MAP_KINDS], pm_error *err)
+{
+    uint64_t index = request->index;
+    unsigned threads = pm_pool_threads(pool), replicate = index % PM_REPLICATES;
+    struct run run = {
+        .tracer = tracer_of(forward, false, request->aimed, replicate),
+        .first_path = index * PM_BATCH_PATHS,
+        .first_sobol = (uint32_t)(index / PM_REPLICATES * PM_BATCH_PATHS),
+        .recorders = recorders_start(forward, threads, request->kinds, replicate),
+        .cancelled = request->cancelled,
+        .context = request->context,
+    };
+    pm_status st = PM_OK;
+    if (!run.recorders || !allocate_ends(&run, request->kinds))
+        st = pm_error_set(err, PM_E_MEMORY, "no memory for a batch of photons");
+    if (!st)
+        st = run_chunks(forward, &run, CHUNKS, pool, err);
+    if (!st)
+        st = join_all(&run, index, request->kinds, out, err);
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
+        free(run.ends[kind]);
+    recorders_put(forward, run.recorders);
+    return st;
+}
+
 pm_status pm_forward_batch(const pm_forward *forward, uint64_t index, unsigned kinds,
                            pm_pool *pool, bool (*cancelled)(void *), void *context,
                            pm_batch out[PM_MAP_KINDS], pm_error *err)
@@ -342,25 +397,20 @@ pm_status pm_forward_batch(const pm_forward *forward, uint64_t index, unsigned k
     if (index >= MAX_BATCHES)
         return pm_error_set(err, PM_E_RANGE, "batch %llu; a family has at most %d",
                             (unsigned long long)index, MAX_BATCHES);
-    unsigned threads = pm_pool_threads(pool), replicate = index % PM_REPLICATES;
-    struct run run = {
-        .tracer = tracer_of(forward, PM_RNG_PATH, replicate),
-        .first_path = index * PM_BATCH_PATHS,
-        .first_sobol = (uint32_t)(index / PM_REPLICATES * PM_BATCH_PATHS),
-        .recorders = recorders_start(forward, threads, kinds, replicate),
-        .cancelled = cancelled,
-        .context = context,
-    };
+    pm_batch traced[PM_MAP_KINDS] = {0};
     pm_status st = PM_OK;
-    if (!run.recorders || !allocate_ends(&run, kinds))
-        st = pm_error_set(err, PM_E_MEMORY, "no memory for a batch of photons");
-    if (!st)
-        st = run_chunks(forward, &run, CHUNKS, pool, err);
-    if (!st)
-        st = join_all(&run, index, kinds, out, err);
-    for (int kind = 0; kind < PM_MAP_KINDS; kind++)
-        free(run.ends[kind]);
-    recorders_put(forward, run.recorders);
+    for (int aimed = 0; aimed < 2 && !st; aimed++) {
+        struct request request = {index, kinds & kinds_of_run(forward, aimed), aimed, cancelled,
+                                  context};
+        if (request.kinds)
+            st = trace_batch(forward, &request, pool, traced, err);
+    }
+    for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
+        if (st)
+            pm_batch_clear(&traced[kind]);
+        else if (kinds & (1U << kind))
+            out[kind] = traced[kind];
+    }
     return st;
 }
 

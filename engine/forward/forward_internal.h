@@ -31,6 +31,7 @@ struct pm_forward {
     struct pm_choice choice; /* what the options name */
     pm_ports *ports;         /* NULL: distant light comes from everywhere */
     pm_openings *openings;   /* NULL: there are none to aim at */
+    struct pm_aim *aim;      /* of caustic paths; NULL: they are those of the other kinds */
     double flux_scale;
     pm_rgb emitted;                   /* in the pre-run, on average [W / scale^2] */
     double probability[PM_MAP_KINDS]; /* of storing a deposit */

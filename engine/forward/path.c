@@ -13,6 +13,8 @@ enum {
     STRAIGHT_MAX = 1024,
     /* Random numbers are drawn per segment; those of storing come from a stream beside it. */
     STORING = 1 << 30,
+    /* Of paths that leave paths. */
+    DEPTH_MAX = 8,
 };
 
 /* A path on its way. */
@@ -23,10 +25,12 @@ struct walk {
     pm_ray ray;
     pm_rgb flux;
     double reference; /* largest channel of the emitted flux: roulette keeps `flux` there */
+    double common;    /* the same of an unaimed path, from the next diffuse event on */
     pm_media media;   /* that hold the ray's origin */
     pm_emission emission;
-    double travelled; /* from the light, or from where distant light enters the scene */
-    uint32_t segment;
+    double travelled;    /* from the light, or from where distant light enters the scene */
+    uint32_t *segment;   /* of all walks of the path together */
+    unsigned depth;      /* of paths that this one left */
     uint32_t events;     /* diffuse, glossy and specular ones, */
     uint32_t collisions; /* and those in media */
     uint32_t straight;   /* passages since the last event */
@@ -104,7 +108,7 @@ static void deposit(struct walk *walk, unsigned kinds, pm_rgb flux, pm_vec3 poin
                                .flux = flux,
                                .specular = walk->specular};
     pm_rng draws = walk->rng;
-    pm_rng_bounce(&draws, walk->segment | STORING);
+    pm_rng_bounce(&draws, *walk->segment | STORING);
     pm_record_deposit(walk->recorder, kinds, &photon, &draws);
 }
 
@@ -183,6 +187,61 @@ static void deposit_on(struct walk *walk, const pm_hit *hit, const pm_surface *s
     deposit(walk, kinds, flux_here(walk), hit->point, surface->normal);
 }
 
+/* The path goes on from the surface. */
+static void leave(struct walk *walk, const pm_hit *hit, const pm_surface *surface,
+                  const pm_scatter *scatter)
+{
+    if (scatter->transmitted)
+        pm_media_cross(&walk->media, walk->tracer->world, hit, scatter->wi);
+    walk->ray = (pm_ray){hit->point, scatter->wi, INFINITY, hit->surface};
+    if (scatter->event != PM_EVENT_STRAIGHT)
+        walk->ray.origin = pm_surface_exit(surface, hit->point, scatter->wi, &walk->ray.from);
+}
+
+static void follow(struct walk *walk);
+
+/* Another path leaves a diffuse event for a target, and is followed to its end. It is held to
+ * its own strength up to the next diffuse event. */
+static void follow_second(const struct walk *walk, const pm_hit *hit, const pm_surface *surface,
+                          const pm_scatter *scatter, pm_rgb flux)
+{
+    if (is_stood_for(walk, hit, scatter->wi)) {
+        add_to(&walk->recorder->absorbed, flux);
+        return;
+    }
+    struct walk second = *walk;
+    second.depth++;
+    second.flux = flux;
+    second.reference = pm_rgb_max(flux);
+    leave(&second, hit, surface, scatter);
+    follow(&second);
+}
+
+/* A diffuse event of an aimed path: more paths may leave, and what they carry is taken from
+ * this one. False if it ends. */
+static bool divide(struct walk *walk, const pm_hit *hit, const pm_surface *surface,
+                   const pm_scatter *scatter, pm_rgb flux)
+{
+    const pm_aim *aim = walk->tracer->aim;
+    pm_aim_event event = {.strength = 1};
+    if (walk->depth < DEPTH_MAX)
+        pm_aim_look(aim, hit->point, surface, scatter, &event);
+    walk->reference = walk->common * event.strength;
+    if (!survives(walk, flux))
+        return false;
+    double kept, weight;
+    pm_scatter other = *scatter;
+    flux = walk->flux;
+    unsigned seconds =
+        pm_aim_divide(aim, pm_rgb_max(flux) / walk->common, &walk->rng, &event, &kept);
+    walk->flux = pm_rgb_scale(flux, kept);
+    walk->reference = pm_rgb_max(walk->flux);
+    for (unsigned i = 0; i < seconds; i++)
+        if (pm_aim_second(&event, &walk->rng, &other.wi, &weight))
+            follow_second(walk, hit, surface, &other, pm_rgb_scale(flux, weight));
+    return true;
+}
+
 /* The path meets a surface. False if it ends there. */
 static bool meet_surface(struct walk *walk, const pm_hit *hit)
 {
@@ -209,13 +268,10 @@ static bool meet_surface(struct walk *walk, const pm_hit *hit)
     }
     pm_rgb flux = pm_rgb_mul(walk->flux, scatter.weight);
     add_to(&walk->recorder->absorbed, absorbed_by(&surface, walk->flux, flux));
-    if (!survives(walk, flux))
+    bool divides = walk->tracer->aim && scatter.event == PM_EVENT_DIFFUSE;
+    if (divides ? !divide(walk, hit, &surface, &scatter, flux) : !survives(walk, flux))
         return false;
-    if (scatter.transmitted)
-        pm_media_cross(&walk->media, walk->tracer->world, hit, scatter.wi);
-    walk->ray = (pm_ray){hit->point, scatter.wi, INFINITY, hit->surface};
-    if (scatter.event != PM_EVENT_STRAIGHT)
-        walk->ray.origin = pm_surface_exit(&surface, hit->point, scatter.wi, &walk->ray.from);
+    leave(walk, hit, &surface, &scatter);
     return true;
 }
 
@@ -279,6 +335,7 @@ static bool collide(struct walk *walk, const pm_medium *medium, pm_vec3 point)
     for (int i = 0; i < 3; i++)
         u[i] = pm_rng_uniform(&walk->rng);
     pm_vec3 direction = pm_medium_scatter(medium, flux, walk->ray.direction, u, &weight);
+    walk->reference = walk->common;
     if (!survives(walk, pm_rgb_mul(flux, weight)))
         return false;
     walk->ray = (pm_ray){point, direction, INFINITY, PM_NO_PRIMITIVE};
@@ -334,7 +391,7 @@ static bool step(struct walk *walk)
 {
     pm_hit hit;
     pm_medium medium;
-    pm_rng_bounce(&walk->rng, ++walk->segment);
+    pm_rng_bounce(&walk->rng, ++*walk->segment);
     if (walk->media.count && pm_media_medium(&walk->media, walk->tracer->world, &medium))
         return step_through_medium(walk, &medium);
     if (!pm_world_intersect(walk->tracer->world, &walk->ray, &hit))
@@ -379,29 +436,34 @@ static double way_to_scene(const pm_ray *ray)
 }
 
 static bool draw_emission(const struct pm_tracer *tracer, uint32_t sobol_index,
-                          pm_emission *emission, pm_port_entry *out)
+                          pm_emission *emission, double *common, pm_port_entry *out)
 {
     double u[PM_SOBOL_DIMENSIONS];
     pm_sobol_point(sobol_index, tracer->scramble, u);
     out->enters = false;
     if (tracer->openings)
         return pm_openings_emit(tracer->openings, u, emission);
-    if (!tracer->ports)
-        return pm_light_emit(tracer->world, u, emission);
-    bool emits = pm_ports_emit(tracer->ports, u, out);
-    *emission = out->emission;
-    return emits;
+    if (tracer->ports) {
+        bool emits = pm_ports_emit(tracer->ports, u, out);
+        *emission = out->emission;
+        return emits;
+    }
+    if (tracer->aim)
+        return pm_aim_emit(tracer->aim, u, emission, common);
+    return pm_light_emit(tracer->world, u, emission);
 }
 
 /* False if no light emits. */
 static bool emit(struct walk *walk, uint32_t sobol_index, pm_port_entry *entry)
 {
     const pm_emission *e = &walk->emission;
-    if (!draw_emission(walk->tracer, sobol_index, &walk->emission, entry))
+    double common = 1;
+    if (!draw_emission(walk->tracer, sobol_index, &walk->emission, &common, entry))
         return false;
     walk->ray = (pm_ray){e->origin, e->direction, INFINITY, e->from};
     walk->flux = e->flux;
     walk->reference = pm_rgb_max(e->flux);
+    walk->common = walk->reference * common;
     walk->travelled = 0;
     walk->media.count = 0;
     if (entry->enters)
@@ -419,27 +481,33 @@ static bool enter(struct walk *walk, const pm_port_entry *entry)
 {
     if (!entry->enters)
         return true;
-    pm_rng_bounce(&walk->rng, ++walk->segment);
+    pm_rng_bounce(&walk->rng, ++*walk->segment);
     return meet_surface(walk, &entry->hit);
+}
+
+static void follow(struct walk *walk)
+{
+    bool finite;
+    while ((finite = is_finite(walk)) && step(walk))
+        continue;
+    walk->recorder->nonfinite += !finite;
 }
 
 void pm_path_trace(const struct pm_tracer *tracer, uint64_t number, uint32_t sobol_index,
                    struct pm_recorder *recorder)
 {
     struct walk walk;
+    uint32_t segment = 0;
     walk.tracer = tracer;
     walk.recorder = recorder;
-    walk.segment = walk.events = walk.collisions = walk.straight = 0;
+    walk.segment = &segment;
+    walk.depth = walk.events = walk.collisions = walk.straight = 0;
     walk.specular = false;
     pm_port_entry entry;
     if (!emit(&walk, sobol_index, &entry))
         return;
     pm_rng_init(&walk.rng, tracer->seed, tracer->purpose, number);
-    if (!enter(&walk, &entry))
-        return;
-    bool finite;
-    while ((finite = is_finite(&walk)) && step(&walk))
-        continue;
-    recorder->nonfinite += !finite;
-    recorder->rays += walk.segment;
+    if (enter(&walk, &entry))
+        follow(&walk);
+    recorder->rays += segment;
 }

@@ -8,6 +8,7 @@
 #include "base/rgb.h"
 #include "base/rng.h"
 #include "base/sobol.h"
+#include "forward/aim.h"
 #include "forward/photon.h"
 #include "world/openings.h"
 #include "world/ports.h"
@@ -24,6 +25,7 @@ struct pm_tracer {
     uint32_t max_events;                    /* most scatterings at surfaces */
     uint32_t max_collisions;                /* in media */
     uint32_t max_scatterings;               /* together */
+    const pm_aim *aim;                      /* NULL: unaimed */
     uint32_t scramble[PM_SOBOL_DIMENSIONS]; /* of the emission's Sobol sequence */
     const pm_ports *ports;                  /* NULL: distant light comes from everywhere */
     const pm_openings *openings;            /* NULL: unaimed */

@@ -224,17 +224,22 @@ pm_rgb pm_light_total_power(const pm_world *world)
 
 /* ---- picking a light ---- */
 
-uint32_t pm_lights_pick(const struct pm_lights *l, double u)
+uint32_t pm_lights_search(const double *cumulative, size_t count, double u)
 {
-    size_t low = 0, high = l->count - 1;
+    size_t low = 0, high = count - 1;
     while (low < high) {
         size_t middle = low + (high - low) / 2;
-        if (l->cumulative[middle] > u)
+        if (cumulative[middle] > u)
             high = middle;
         else
             low = middle + 1;
     }
     return (uint32_t)low;
+}
+
+uint32_t pm_lights_pick(const struct pm_lights *l, double u)
+{
+    return pm_lights_search(l->cumulative, l->count, u);
 }
 
 double pm_lights_chance(const struct pm_lights *l, uint32_t light)

@@ -25,10 +25,12 @@
 /* A photon leaving a light. */
 typedef struct pm_emission {
     pm_vec3 origin, direction;
-    uint32_t from; /* surface; PM_NO_PRIMITIVE: a distant source, origin outside the scene */
-    pm_rgb flux;   /* total / pdf [W / scale^2]: mean over u = total emitted power */
-    double focus;  /* of a spotlight; 0 otherwise */
-    bool weak;     /* from a glow or an illum */
+    pm_vec3 normal; /* of the lamp there; a distant source has none */
+    uint32_t light; /* its number among the lights */
+    uint32_t from;  /* surface; PM_NO_PRIMITIVE: a distant source, origin outside the scene */
+    pm_rgb flux;    /* total / pdf [W / scale^2]: mean over u = total emitted power */
+    double focus;   /* of a spotlight; 0 otherwise */
+    bool weak;      /* from a glow or an illum */
 } pm_emission;
 
 /* The share of the flux that arrives at `distance` from the origin (straight passages counted

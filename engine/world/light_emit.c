@@ -43,10 +43,9 @@ static void emit_evenly(const pm_world *world, const struct pm_light *light, con
 {
     const struct pm_material *m = &world->materials[light->material];
     const struct pm_shape *shape = &world->shapes[light->surface];
-    pm_vec3 normal;
     double weight;
-    pm_shape_sample(shape, u[1], u[2], &out->origin, &normal);
-    out->direction = pm_lights_direction(m, normal, u[3], u[4], &weight);
+    pm_shape_sample(shape, u[1], u[2], &out->origin, &out->normal);
+    out->direction = pm_lights_direction(m, out->normal, u[3], u[4], &weight);
     out->flux = pm_rgb_scale(m->color, shape->area * weight / light->chance);
 }
 
@@ -56,6 +55,7 @@ static void emit_pattern(const pm_world *world, const struct pm_light *light, co
     struct pm_light_draw draw;
     pm_light_draw_leaving(world, light, u + 1, &draw);
     out->origin = draw.hit.point;
+    out->normal = draw.hit.normal;
     out->direction = draw.direction;
     pm_rgb radiance = {0, 0, 0};
     if (draw.weight > 0)
@@ -81,9 +81,10 @@ static void emit_from_distance(const pm_world *world, const struct pm_light *lig
     pm_vec3 up = pm_light_draw_distant(world, light, u[3], u[4], &solid_angle);
     pm_frame about_ray = pm_frame_make(up);
     pm_vec3 place = pm_vec3_scale(pm_warp_disc(u[1], u[2]), l->radius);
-    place.z = l->radius * (1 + 0x1p-10); /* beyond every surface */
+    place.z = pm_lights_height(l);
     out->origin = pm_vec3_add(l->center, pm_frame_to_world(&about_ray, place));
     out->direction = pm_vec3_negate(up);
+    out->normal = out->direction;
     out->from = PM_NO_PRIMITIVE;
     out->focus = 0;
     out->flux = pm_rgb_grey(0);
@@ -98,7 +99,8 @@ bool pm_light_emit(const pm_world *world, const double u[5], pm_emission *out)
     const struct pm_lights *l = world->lights;
     if (pm_rgb_is_black(l->power) && !l->patterned)
         return false;
-    const struct pm_light *light = &l->lights[pm_lights_pick(l, u[0])];
+    out->light = pm_lights_pick(l, u[0]);
+    const struct pm_light *light = &l->lights[out->light];
     if (light->surface == PM_NO_PRIMITIVE)
         emit_from_distance(world, light, u, out);
     else

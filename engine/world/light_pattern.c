@@ -55,12 +55,11 @@ static void draw_from_ball(const pm_world *world, const struct pm_light *light,
     out->weight = PM_PI * radius * radius / pdf;
 }
 
-/* A place; the area that it stands for. */
-static pm_hit place_on_shape(const pm_world *world, const struct pm_light *light, double u,
-                             double v, double *area)
+pm_hit pm_light_draw_place(const pm_world *world, const struct pm_light *light, double u,
+                           double v, double *area)
 {
     const struct pm_shape *shape = shape_of(world, light);
-    const struct pm_light_table *places = light->pattern->places;
+    const struct pm_light_table *places = light->pattern ? light->pattern->places : NULL;
     pm_vec3 point, normal;
     *area = shape->area / (places ? pm_light_table_warp(places, &u, &v) : 1);
     pm_shape_sample(shape, u, v, &point, &normal);
@@ -76,7 +75,7 @@ void pm_light_draw_leaving(const pm_world *world, const struct pm_light *light,
         return;
     }
     double area, pdf;
-    out->hit = place_on_shape(world, light, u[0], u[1], &area);
+    out->hit = pm_light_draw_place(world, light, u[0], u[1], &area);
     if (beam->table) {
         out->direction = pm_light_beam_sample(beam, u[2], u[3], &pdf);
         out->weight = fmax(pm_vec3_dot(out->direction, out->hit.normal), 0) / pdf;
@@ -220,7 +219,7 @@ static double shine_of_place(const void *context, double u, double v)
     const struct look *l = context;
     const struct pm_material *m = &l->world->materials[l->light->material];
     double area, weight, sum = 0;
-    pm_hit hit = place_on_shape(l->world, l->light, u, v, &area);
+    pm_hit hit = pm_light_draw_place(l->world, l->light, u, v, &area);
     for (int i = 0; i < PROBES; i++) {
         pm_vec3 w = pm_lights_direction(m, hit.normal, probe_u(i), probe_v(i), &weight);
         sum += weight * shine(l, &hit, w);
@@ -267,7 +266,7 @@ static pm_status tabulate_flat(pm_world *world, struct look *look, size_t evalua
     bool spot = m->type == PM_SPOTLIGHT;
     for (int i = 0; i < PROBES; i++)
         look->places[i] =
-            place_on_shape(world, look->light, probe_u(i), probe_v(i), &look->areas[i]);
+            pm_light_draw_place(world, look->light, probe_u(i), probe_v(i), &look->areas[i]);
     const struct pm_light_directions directions = {
         shine_of_flat, look, detail_for(LAMP_DETAIL, evaluations / (size_t)look->probes)};
     return pm_light_beam_build(&directions, spot ? m->aim : look->places[0].normal,

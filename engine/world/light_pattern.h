@@ -36,6 +36,11 @@ struct pm_light_draw {
 void pm_light_draw_leaving(const pm_world *world, const struct pm_light *light,
                            const double u[4], struct pm_light_draw *out);
 
+/* A place of a lamp, patterned or not, and the area that it stands for: one over its density.
+ */
+pm_hit pm_light_draw_place(const pm_world *world, const struct pm_light *light, double u,
+                           double v, double *area);
+
 /* A direction that a distant source, plain or not, covers, from the scene to it.
  *   solid_angle  out: that it stands for: one over its density [sr] */
 pm_vec3 pm_light_draw_distant(const pm_world *world, const struct pm_light *light, double u,

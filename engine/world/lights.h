@@ -31,7 +31,16 @@ struct pm_lights {
     struct pm_sky_index *sky;
 };
 
+/* Where light of distant sources starts, over the centre: beyond every surface. */
+static inline double pm_lights_height(const struct pm_lights *lights)
+{
+    return lights->radius * (1 + 0x1p-10);
+}
+
 uint32_t pm_lights_pick(const struct pm_lights *lights, double u);
+
+/* The first of the lights whose cumulative chance exceeds u. */
+uint32_t pm_lights_search(const double *cumulative, size_t count, double u);
 
 /* Chance with which a light is picked for next events. */
 double pm_lights_chance(const struct pm_lights *lights, uint32_t light);

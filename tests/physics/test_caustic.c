@@ -109,7 +109,8 @@ static void look_ups_at_the_peak_lie_between_its_means_over_discs(void **state)
     }
 }
 
-/* Nothing behind the mirror ball but its shadow: no light where there is none. */
+/* Behind the mirror ball its shadow, with faint light from the lamp's reflection in it. A pass
+ * takes the mean over discs of up to .6 there, where photons are few. */
 static void no_caustic_in_the_shadow_of_a_mirror_ball(void **state)
 {
     (void)state;
@@ -118,10 +119,11 @@ static void no_caustic_in_the_shadow_of_a_mirror_ball(void **state)
         sensors[i] = (pm_sensor){{-1.25 + .02 * (i % 4), .02 * (i / 4), 0}, {0, 0, 1}};
     pm_job job = job_of(PM_JOB_TRACE, 0);
     look_at(&job, sensors, 16, PM_IRRADIANCE);
-    struct ref_result want = reference(4, 0, 1 << 18);
+    struct ref_result want = reference(4, 0, 1 << 18), wide = reference(4, .6, 1 << 18);
+    double bias = fabs(wide.mean[REF_CAUSTIC][1] - want.mean[REF_CAUSTIC][1]);
     struct stat got = run_mean(&job, mirror_ball, SEEDS, 1);
     expect_equal_means("shadow", &got, want.mean[REF_DIRECT][1] + want.mean[REF_CAUSTIC][1],
-                       want.total_standard_error[1], 0);
+                       want.total_standard_error[1], bias);
 }
 
 int main(void)
