@@ -136,7 +136,7 @@ void pm_describe_map(const pm_json *map, FILE *to)
 
 void pm_describe_maps(const pm_json *maps, bool heading, FILE *to)
 {
-    static const char format[] = "%-75s  %-7s  %11s  %11s\n";
+    static const char format[] = "%-75s  %-11s  %11s  %11s\n";
     if (heading)
         fprintf(to, format, "KEY", "KIND", "PHOTONS", "PATHS");
     for (size_t i = 0; i < pm_json_length(maps); i++) {
