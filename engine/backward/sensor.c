@@ -55,10 +55,15 @@ void pm_probe_irradiance(const struct pm_pass *pass, const struct pm_probe *prob
         pm_gather(pass, &spot, pi, PM_VERTEX_GATHER, sampler, value);
 }
 
+/* A ray may start on the boundary of a medium, to rounding on either side of it. So far ahead
+ * [world units] it is plain on which; 1e-11 of a scene is less than its coordinates say. */
+#define CLEAR 0x1p-36
+
 void pm_probe_radiance(const struct pm_pass *pass, const struct pm_probe *probe,
                        struct pm_sampler *sampler, struct pm_value *value)
 {
-    struct pm_walk walk = {.ray = {.origin = probe->point,
+    pm_vec3 origin = pm_vec3_madd(probe->point, CLEAR, probe->normal);
+    struct pm_walk walk = {.ray = {.origin = origin,
                                    .direction = probe->normal,
                                    .t_max = INFINITY,
                                    .from = PM_NO_PRIMITIVE},
@@ -66,6 +71,6 @@ void pm_probe_radiance(const struct pm_pass *pass, const struct pm_probe *probe,
                            .vertex = PM_VERTEX_EYE,
                            .emission = PM_EMISSION_SEEN,
                            .seen = true};
-    pm_media_at(pass->world, probe->point, &walk.media);
+    pm_media_at(pass->world, origin, &walk.media);
     pm_walk_run(pass, &walk, sampler, value);
 }

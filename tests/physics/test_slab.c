@@ -251,9 +251,31 @@ static void photons_are_reflected_totally(void **state)
     free(light);
 }
 
+/* Rays that start on a tinted ball, wherever rounding puts them, and look away from it. */
+static void rays_that_start_on_glass_see_out(void **state)
+{
+    (void)state;
+    enum { COUNT = 64 };
+    pm_sensor rays[COUNT];
+    for (int i = 0; i < COUNT; i++)
+        rays[i] = (pm_sensor){sphere_point(i, COUNT), sphere_point(i, COUNT)};
+    rays[0] = (pm_sensor){{.6, .8, 0}, {.6, .8, 0}}; /* inside by a last digit */
+    pm_job job = job_of(PM_JOB_TRACE, 0);
+    pm_answer answer;
+    look_at(&job, rays, COUNT, PM_RADIANCE);
+    run_job(&job,
+            "void dielectric d 0 0 5 .1 .1 .1 1.5 0  d sphere ball 0 0 4 0 0 0 1\n"
+            "void glow sky 0 0 4 1 1 1 0  sky source all 0 0 4 0 0 1 360\n",
+            NULL, &answer);
+    for (int i = 0; i < COUNT; i++)
+        expect_near("sky", (double)answer.values[3 * i], 1, 0);
+    pm_answer_clear(&answer);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rays_that_start_on_glass_see_out),
         cmocka_unit_test(photons_through_a_slab_carry_its_transmittance),
         cmocka_unit_test(rays_through_a_slab_see_its_transmittance),
         cmocka_unit_test(next_events_through_glass_carry_its_transmittance),
