@@ -149,6 +149,14 @@ pm_vec3 pm_photon_direction(const pm_photon *photon)
     return octahedral_decode(photon->direction[0], photon->direction[1], HALF_16);
 }
 
+void pm_photon_direction_code(pm_vec3 direction, uint16_t code[2])
+{
+    unsigned wide[2];
+    octahedral_encode(direction, HALF_16, wide);
+    code[0] = (uint16_t)wide[0];
+    code[1] = (uint16_t)wide[1];
+}
+
 /* ---- whole photons ---- */
 
 void pm_photon_pack(const pm_photon_record *record, double flux_scale, pm_photon *out)

@@ -62,6 +62,8 @@ pm_vec3 pm_photon_position(const pm_photon *photon);
 pm_vec3 pm_photon_normal(const pm_photon *photon);
 pm_vec3 pm_photon_direction(const pm_photon *photon);
 pm_rgb pm_photon_flux(const pm_photon *photon); /* relative to the scale */
+/* The stored direction of a vector of any length > 0. */
+void pm_photon_direction_code(pm_vec3 direction, uint16_t code[2]);
 
 /* Photons of consecutive paths, in path order and within a path in order of deposit. */
 typedef struct pm_batch {

@@ -46,19 +46,30 @@ static void put_ends(pm_bytes *out, pm_part_coder *coder, const pm_batch *batch)
     pm_section_close(out, start);
 }
 
+/* Marks the first photon of each path; NULL if memory is short. */
+static uint8_t *mark_firsts(const pm_batch *batch)
+{
+    uint8_t *first = calloc(batch->count + 1, 1);
+    for (uint32_t i = 0; first && i < batch->paths; i++)
+        first[i ? batch->ends[i - 1] : 0] = 1; /* of no photon: the next one's, or the end */
+    return first;
+}
+
 pm_status pm_batch_write(const pm_batch *batch, pm_bytes *out, pm_error *err)
 {
     assert(batch->ends && batch->paths <= PM_BATCH_PATHS);
     pm_bytes bytes = {0};
     pm_part_coder *coder = pm_part_coder_new();
-    bytes.failed = !coder;
-    if (coder) {
+    uint8_t *first_of_path = mark_firsts(batch);
+    bytes.failed = !coder || !first_of_path;
+    if (!bytes.failed) {
         put_header(&bytes, batch);
         put_ends(&bytes, coder, batch);
         for (size_t first = 0; first < batch->count; first += PM_PART_PHOTONS)
             pm_put_part(&bytes, coder, batch->photons + first,
-                        pm_part_size(first, batch->count), false);
+                        pm_part_size(first, batch->count), first_of_path + first);
     }
+    free(first_of_path);
     pm_part_coder_free(coder);
     if (!pm_bytes_status(&bytes)) {
         *out = bytes;
@@ -117,9 +128,15 @@ static pm_status read_ends(pm_source *source, pm_part_coder *coder, pm_batch *ba
 static pm_status read_all(pm_source *source, pm_part_coder *coder, pm_batch *batch)
 {
     pm_status st = read_ends(source, coder, batch);
+    if (st)
+        return st;
+    uint8_t *first_of_path = mark_firsts(batch);
+    if (!first_of_path)
+        return pm_error_set(source->err, PM_E_MEMORY, "no memory for a batch of photons");
     for (size_t first = 0; first < batch->count && !st; first += PM_PART_PHOTONS)
-        st = pm_source_part(source, coder, pm_part_size(first, batch->count), false,
-                            batch->photons + first);
+        st = pm_source_part(source, coder, pm_part_size(first, batch->count),
+                            first_of_path + first, batch->photons + first);
+    free(first_of_path);
     if (!st && source->reader.at != source->reader.size)
         st = pm_source_damaged(source, "end");
     return st;

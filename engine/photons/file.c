@@ -36,10 +36,10 @@ void pm_section_close(pm_bytes *out, size_t start)
 }
 
 void pm_put_part(pm_bytes *out, pm_part_coder *coder, const pm_photon *photons, size_t count,
-                 bool in_order)
+                 const uint8_t *first)
 {
     size_t start = pm_section_open(out);
-    pm_part_pack(coder, photons, count, in_order, out);
+    pm_part_pack(coder, photons, count, first, out);
     pm_section_close(out, start);
 }
 
@@ -104,12 +104,11 @@ bool pm_source_section(pm_source *source, pm_reader *inner)
     return true;
 }
 
-pm_status pm_source_part(pm_source *source, pm_part_coder *coder, size_t count, bool in_order,
-                         pm_photon *out)
+pm_status pm_source_part(pm_source *source, pm_part_coder *coder, size_t count,
+                         const uint8_t *first, pm_photon *out)
 {
     pm_reader inner;
-    if (pm_source_section(source, &inner) &&
-        pm_part_unpack(coder, &inner, count, in_order, out))
+    if (pm_source_section(source, &inner) && pm_part_unpack(coder, &inner, count, first, out))
         return PM_OK;
     return pm_source_damaged(source, "photons");
 }

@@ -36,11 +36,11 @@ void pm_put_rgb(pm_bytes *out, pm_rgb c);
 size_t pm_section_open(pm_bytes *out);
 void pm_section_close(pm_bytes *out, size_t start);
 
-/* The photons of a part in a section of its own, and back. */
+/* The photons of a part in a section of its own, and back. `first` as of pm_part_pack. */
 void pm_put_part(pm_bytes *out, pm_part_coder *coder, const pm_photon *photons, size_t count,
-                 bool in_order);
+                 const uint8_t *first);
 PM_MUST_USE pm_status pm_source_part(pm_source *source, pm_part_coder *coder, size_t count,
-                                     bool in_order, pm_photon *out);
+                                     const uint8_t *first, pm_photon *out);
 
 /* Whether so many photons can be in what is left, before memory is asked for them. */
 bool pm_source_may_hold(const pm_source *source, uint64_t count);

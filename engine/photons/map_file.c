@@ -107,7 +107,7 @@ static void pack_part(void *context, size_t i, unsigned thread)
     struct packing *p = context;
     size_t first = p->first + i * PM_PART_PHOTONS;
     size_t count = pm_part_size(first, p->count);
-    pm_put_part(&p->out[i], p->coder[i], part_of(p, i, first, count), count, true);
+    pm_put_part(&p->out[i], p->coder[i], part_of(p, i, first, count), count, NULL);
 }
 
 static pm_status packing_init(struct packing *p, size_t parts)
@@ -222,11 +222,10 @@ static void take_digest(pm_reader *reader, pm_digest *out)
 static bool header_makes_sense(const pm_map_header *h)
 {
     bool known = (unsigned)h->kind < PM_MAP_KINDS || h->kind == PM_MAP_PRECOMPUTED;
-    return known && h->paths > 0 && isfinite(h->flux_scale) &&
-           h->flux_scale >= 0 && isfinite(h->world_scale) && h->world_scale > 0 &&
-           pm_vec3_finite(h->world_center) && h->storage_probability > 0 &&
-           h->storage_probability <= 1 && pm_rgb_finite(h->emitted) &&
-           memchr(h->note, 0, NOTE_BYTES);
+    return known && h->paths > 0 && isfinite(h->flux_scale) && h->flux_scale >= 0 &&
+           isfinite(h->world_scale) && h->world_scale > 0 && pm_vec3_finite(h->world_center) &&
+           h->storage_probability > 0 && h->storage_probability <= 1 &&
+           pm_rgb_finite(h->emitted) && memchr(h->note, 0, NOTE_BYTES);
 }
 
 static pm_status read_header(pm_source *source, pm_map_header *out, uint64_t *count)
@@ -306,7 +305,7 @@ static bool in_order(const pm_photon *photons, size_t count)
 static pm_status visit_part(struct visit *v, size_t count, bool first)
 {
     pm_photon *photons = v->part + 1;
-    pm_status st = pm_source_part(&v->source, v->coder, count, true, photons);
+    pm_status st = pm_source_part(&v->source, v->coder, count, NULL, photons);
     if (st)
         return st;
     if (!(first ? in_order(photons, count) : in_order(v->part, count + 1)))

@@ -12,8 +12,10 @@
  *   for x, y, z:  k, a byte; k dictionary entries of 4 bytes; if k, a plane of n codes:
  *                 0: the coordinate is among the m literals, c: it is entry c - 1
  *   for x, y, z:  the literals, 4 planes of m bytes, the highest first
- *   planes of n:  normal (2), direction (low bytes of both codes, then high ones), exponent,
- *                 flags, flux (4, the lowest first)
+ *   path order without any dictionary: a plane of n: 1: the direction is told by the place of
+ *                 the photon before; m that are not
+ *   directions of the m, or of all: 4 planes: low and high byte of either code
+ *   planes of n:  normal (2), exponent, flags, flux (4, the lowest first)
  *
  * The dictionary holds coordinates that many photons share: those of walls that stand upright.
  * In order, a literal is the difference to the literal before, 2 |d| or 2 |d| - 1 by its sign,
@@ -176,7 +178,8 @@ static size_t split_axis(pm_part_coder *coder, const pm_photon *photons, size_t 
     return literals;
 }
 
-static void pack_axis(pm_part_coder *coder, const pm_photon *photons, size_t count, int axis,
+/* True if the axis has a dictionary. */
+static bool pack_axis(pm_part_coder *coder, const pm_photon *photons, size_t count, int axis,
                       bool in_order, pm_bytes *out)
 {
     struct dictionary dictionary;
@@ -194,6 +197,7 @@ static void pack_axis(pm_part_coder *coder, const pm_photon *photons, size_t cou
     put_plane(coder, coder->plane[2], literals, in_order ? WORTH_A_TRY : RANDOM, out);
     put_plane(coder, coder->plane[1], literals, RANDOM, out);
     put_plane(coder, coder->plane[0], literals, RANDOM, out);
+    return dictionary.count > 0;
 }
 
 static bool take_dictionary(pm_reader *reader, struct dictionary *out)
@@ -220,7 +224,7 @@ static bool count_literals(const uint8_t *code, size_t count, const struct dicti
 }
 
 static bool unpack_axis(pm_part_coder *coder, pm_reader *reader, size_t count, int axis,
-                        bool in_order, pm_photon *out)
+                        bool in_order, bool *shared, pm_photon *out)
 {
     struct dictionary dictionary;
     uint8_t *code = coder->code[axis];
@@ -234,6 +238,7 @@ static bool unpack_axis(pm_part_coder *coder, pm_reader *reader, size_t count, i
         !take_plane(coder, reader, literals, RANDOM, coder->plane[1]) ||
         !take_plane(coder, reader, literals, RANDOM, coder->plane[0]))
         return false;
+    *shared = *shared || dictionary.count > 0;
     uint32_t value = 0;
     for (size_t i = 0, k = 0; i < count; i++) {
         if (code[i]) {
@@ -250,60 +255,127 @@ static bool unpack_axis(pm_part_coder *coder, pm_reader *reader, size_t count, i
     return true;
 }
 
+/* ---- directions ----
+ *
+ * Most photons of a path in mist come from where the one before lies: their direction is told
+ * by the two places, to the last bit but for rounding. Looked for only where no coordinate is
+ * shared: on walls it would cost more time than it saves bytes. */
+
+static bool comes_from_before(const pm_photon *photon)
+{
+    uint16_t code[2];
+    pm_photon_direction_code(
+        pm_vec3_sub(pm_photon_position(photon - 1), pm_photon_position(photon)), code);
+    return code[0] == photon->direction[0] && code[1] == photon->direction[1];
+}
+
+static void pack_directions(pm_part_coder *coder, const pm_photon *photons, size_t count,
+                            const uint8_t *first, bool shared, pm_bytes *out)
+{
+    uint8_t *told = coder->code[0];
+    bool looked_for = first && !shared;
+    size_t literals = 0;
+    for (size_t i = 0; i < count; i++) {
+        told[i] = looked_for && i && !first[i] && comes_from_before(&photons[i]);
+        if (told[i])
+            continue;
+        for (int b = 0; b < 4; b++)
+            coder->plane[b][literals] = (uint8_t)(photons[i].direction[b / 2] >> 8 * (b % 2));
+        literals++;
+    }
+    if (looked_for)
+        put_plane(coder, told, count, WORTH_A_TRY, out);
+    for (int b = 0; b < 4; b++)
+        put_plane(coder, coder->plane[b], literals, b % 2 && !first ? WORTH_A_TRY : RANDOM,
+                  out);
+}
+
+/* Takes which photons' directions are told by the places; false if one is that cannot be. */
+static bool take_told(pm_part_coder *coder, pm_reader *reader, size_t count,
+                      const uint8_t *first, size_t *literals)
+{
+    uint8_t *told = coder->code[0];
+    bool sound = take_plane(coder, reader, count, WORTH_A_TRY, told);
+    *literals = 0;
+    for (size_t i = 0; i < count && sound; i++) {
+        sound = !told[i] || (told[i] == 1 && i && !first[i]);
+        *literals += !told[i];
+    }
+    return sound;
+}
+
+static bool unpack_directions(pm_part_coder *coder, pm_reader *reader, size_t count,
+                              const uint8_t *first, bool shared, pm_photon *out)
+{
+    uint8_t *told = coder->code[0];
+    size_t literals = count;
+    memset(told, 0, count);
+    if (first && !shared && !take_told(coder, reader, count, first, &literals))
+        return false;
+    for (int b = 0; b < 4; b++)
+        if (!take_plane(coder, reader, literals, b % 2 ? WORTH_A_TRY : RANDOM, coder->plane[b]))
+            return false;
+    for (size_t i = 0, k = 0; i < count; i++) {
+        if (told[i]) {
+            pm_photon_direction_code(
+                pm_vec3_sub(pm_photon_position(&out[i - 1]), pm_photon_position(&out[i])),
+                out[i].direction);
+            continue;
+        }
+        for (int d = 0; d < 2; d++)
+            out[i].direction[d] =
+                (uint16_t)(coder->plane[2 * d][k] | coder->plane[2 * d + 1][k] << 8);
+        k++;
+    }
+    return true;
+}
+
 /* ---- whole photons ---- */
 
-/* The bytes behind the position, in the order of their planes, and when they are worth a try:
- * in order, neighbours have much in common. */
-static const struct {
-    uint8_t offset;
-    enum { NEVER, IN_ORDER, ALWAYS } worth;
-} others[] = {
-    {offsetof(pm_photon, normal), ALWAYS},
-    {offsetof(pm_photon, normal) + 1, ALWAYS},
-    {offsetof(pm_photon, direction), NEVER},
-    {offsetof(pm_photon, direction) + 2, NEVER},
-    {offsetof(pm_photon, direction) + 1, IN_ORDER},
-    {offsetof(pm_photon, direction) + 3, IN_ORDER},
-    {offsetof(pm_photon, exponent), ALWAYS},
-    {offsetof(pm_photon, flags), ALWAYS},
-    {offsetof(pm_photon, flux), ALWAYS},
-    {offsetof(pm_photon, flux) + 1, ALWAYS},
-    {offsetof(pm_photon, flux) + 2, ALWAYS},
-    {offsetof(pm_photon, flux) + 3, ALWAYS},
+/* The other bytes, in the order of their planes. */
+static const uint8_t others[] = {
+    offsetof(pm_photon, normal),   offsetof(pm_photon, normal) + 1,
+    offsetof(pm_photon, exponent), offsetof(pm_photon, flags),
+    offsetof(pm_photon, flux),     offsetof(pm_photon, flux) + 1,
+    offsetof(pm_photon, flux) + 2, offsetof(pm_photon, flux) + 3,
 };
 
-enum { OTHERS = sizeof others / sizeof *others };
+enum { OTHERS = sizeof others };
 
-_Static_assert(OTHERS + sizeof((pm_photon){0}.position) == sizeof(pm_photon),
-               "each byte of a photon has its plane");
+_Static_assert(OTHERS + sizeof((pm_photon){0}.position) + sizeof((pm_photon){0}.direction) ==
+                   sizeof(pm_photon),
+               "each byte of a photon has its place");
 
-void pm_part_pack(pm_part_coder *coder, const pm_photon *photons, size_t count, bool in_order,
-                  pm_bytes *out)
+void pm_part_pack(pm_part_coder *coder, const pm_photon *photons, size_t count,
+                  const uint8_t *first, pm_bytes *out)
 {
     assert(count <= PM_PART_PHOTONS);
+    bool shared = false;
     for (int axis = 0; axis < 3; axis++)
-        pack_axis(coder, photons, count, axis, in_order, out);
+        shared |= pack_axis(coder, photons, count, axis, !first, out);
+    pack_directions(coder, photons, count, first, shared, out);
     for (size_t k = 0; k < OTHERS; k++) {
-        const uint8_t *from = (const uint8_t *)photons + others[k].offset;
+        const uint8_t *from = (const uint8_t *)photons + others[k];
         for (size_t i = 0; i < count; i++)
             coder->plane[0][i] = from[i * sizeof *photons];
-        bool try = others[k].worth == ALWAYS || (others[k].worth == IN_ORDER && in_order);
-        put_plane(coder, coder->plane[0], count, try ? WORTH_A_TRY : RANDOM, out);
+        put_plane(coder, coder->plane[0], count, WORTH_A_TRY, out);
     }
 }
 
-bool pm_part_unpack(pm_part_coder *coder, pm_reader *reader, size_t count, bool in_order,
+bool pm_part_unpack(pm_part_coder *coder, pm_reader *reader, size_t count, const uint8_t *first,
                     pm_photon *out)
 {
+    bool shared = false;
     if (count > PM_PART_PHOTONS)
         return false;
     for (int axis = 0; axis < 3; axis++)
-        if (!unpack_axis(coder, reader, count, axis, in_order, out))
+        if (!unpack_axis(coder, reader, count, axis, !first, &shared, out))
             return false;
+    if (!unpack_directions(coder, reader, count, first, shared, out))
+        return false;
     for (size_t k = 0; k < OTHERS; k++) {
-        uint8_t *to = (uint8_t *)out + others[k].offset;
-        enum worth worth = others[k].worth == NEVER ? RANDOM : WORTH_A_TRY;
-        if (!take_plane(coder, reader, count, worth, coder->plane[0]))
+        uint8_t *to = (uint8_t *)out + others[k];
+        if (!take_plane(coder, reader, count, WORTH_A_TRY, coder->plane[0]))
             return false;
         for (size_t i = 0; i < count; i++)
             to[i * sizeof *out] = coder->plane[0][i];

@@ -17,14 +17,15 @@ typedef struct pm_part_coder pm_part_coder;
 pm_part_coder *pm_part_coder_new(void); /* NULL if memory is short */
 void pm_part_coder_free(pm_part_coder *coder);
 
-/* Appends `count` <= PM_PART_PHOTONS photons. `in_order`: they are in stored order, so that
- * each lies near the one before. The same bytes for the same version of zstd. */
-void pm_part_pack(pm_part_coder *coder, const pm_photon *photons, size_t count, bool in_order,
-                  pm_bytes *out);
+/* Appends `count` <= PM_PART_PHOTONS photons. `first` is NULL if they are in stored order, so
+ * that each lies near the one before; else they are in path order, and first[i] tells whether
+ * photon i is the first of its path. The same bytes for the same version of zstd. */
+void pm_part_pack(pm_part_coder *coder, const pm_photon *photons, size_t count,
+                  const uint8_t *first, pm_bytes *out);
 
-/* Takes what pm_part_pack wrote of `count` photons; nothing may be left in the reader. False if
- * it is damaged. Never writes beyond out[count]. Test: fuzz_part.c. */
-bool pm_part_unpack(pm_part_coder *coder, pm_reader *reader, size_t count, bool in_order,
+/* Takes what pm_part_pack wrote of `count` photons, with the same `first`; nothing may be left
+ * in the reader. False if it is damaged. Never writes beyond out[count]. Test: fuzz_part.c. */
+bool pm_part_unpack(pm_part_coder *coder, pm_reader *reader, size_t count, const uint8_t *first,
                     pm_photon *out);
 
 /* The same of `count` <= PM_PART_PHOTONS numbers, least bytes first. */
