@@ -20,7 +20,7 @@ typedef struct pm_targets {
 } pm_targets;
 
 /* Surfaces are divided into few groups wherever that makes their balls smaller. Depends on the
- * scene alone. PM_E_MEMORY. Test: targets_hold_every_specular_surface. */
+ * scene alone. PM_E_MEMORY. */
 PM_MUST_USE pm_status pm_targets_find(const pm_world *world, pm_targets *out, pm_error *err);
 
 /* Where light leaves for the targets: by the cosine about `normal`, or within a cone. */
@@ -47,7 +47,7 @@ void pm_targets_look(const pm_targets *targets, pm_vec3 point, const pm_target_l
                      pm_target_view *out);
 
 /* A direction into the cone that a target fills. Needs total > 0; moves u. The density is that
- * of pm_targets_pdf. Test: directions_to_targets_have_their_density. */
+ * of pm_targets_pdf. */
 pm_vec3 pm_targets_sample(const pm_target_view *view, double u, double v, double *pdf);
 
 double pm_targets_pdf(const pm_target_view *view, pm_vec3 direction);
