@@ -16,7 +16,8 @@
  * In: world and canonical parameters. Out: batches of photons. Next: photons/photon_map.h.
  *
  * Path i depends on (seed, i) and the world alone: emission takes Owen-scrambled Sobol points
- * (replicate b mod 16, its own sequence), everything after it Philox numbers. So the same bytes
+ * (replicate b mod 16, its own sequence), everything after it Philox numbers. Caustic photons
+ * have paths of their own, which are aimed (aim.h). So the same bytes
  * come out for any number of threads and in any order of batches. */
 
 /* What is fixed for one world and one set of options, with the storage probabilities from a

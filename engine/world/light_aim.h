@@ -23,9 +23,9 @@ void pm_light_aim_free(pm_light_aim *aim);
 double pm_light_aim_share(const pm_light_aim *aim);
 
 /* As pm_light_emit; u[0] tells aimed from unaimed photons first, u[3] also picks the target.
- *   common  out: flux of an unaimed photon that flies elsewhere over this one's, >= 1 in
- * effect: what roulette may restore. 1 if there is no target Tests:
- * aimed_light_equals_unaimed_light_*. */
+ *   common  out: flux of an unaimed photon that flies elsewhere over this one's: what roulette
+ *           may restore; 1 if there is no target
+ * Test: aimed_light_equals_unaimed_light. */
 bool pm_light_emit_aimed(const pm_light_aim *aim, const double u[5], pm_emission *out,
                          double *common);
 
