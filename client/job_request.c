@@ -33,10 +33,10 @@ static bool put_view(pm_json *request, const pm_options *options)
 static bool put_map(pm_json *request, const pm_options *options, pm_map_kind kind,
                     const pm_attachments *attachments)
 {
-    const pm_map_option detected = {.gather = options->detected_gather,
-                                    .gather_max = options->detected_gather_max};
-    const pm_map_option *map = options->maps[kind].given ? &options->maps[kind] : &detected;
-    if (!map->given && !attachments->has_map[kind])
+    const pm_map_option *map = &options->maps[kind];
+    if (!map->given)
+        map = attachments->detected[kind];
+    if (!map)
         return true;
     pm_json *value = pm_json_pack("{}");
     bool made = value;

@@ -14,7 +14,8 @@ typedef struct pm_attachments {
     pm_digest points;
     bool has_map[PM_MAP_KINDS];
     pm_digest map[PM_MAP_KINDS];
-    bool precomputed; /* that of the global kind */
+    const pm_map_option *detected[PM_MAP_KINDS]; /* -ap; NULL: none */
+    bool precomputed;                            /* that of the global kind */
 } pm_attachments;
 
 /* `kind` is "map", "render" or "trace". NULL if memory is short. */

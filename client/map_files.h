@@ -9,4 +9,7 @@
 PM_MUST_USE pm_status pm_map_files_attach(pm_session *session, const pm_options *options,
                                           pm_attachments *attachments, pm_error *err);
 
+/* The file that was given as the map of a kind, by whichever option; NULL: none. */
+const char *pm_map_files_name(const pm_options *options, pm_map_kind kind);
+
 #endif

@@ -46,12 +46,15 @@ static pm_status require_range(const struct pm_words *words, const pm_map_option
         words->option);
 }
 
-/* A precomputed map stands in for the global one. */
+/* A precomputed map stands in for the global one, and a second of a kind for none. */
 static pm_status check_alone(const struct pm_words *words, const pm_map_option *map,
                              bool precomputed)
 {
-    if (!map->given || map->precomputed == precomputed)
+    if (!map->given)
         return PM_OK;
+    if (map->precomputed == precomputed)
+        return pm_error_set(words->err, PM_E_RANGE,
+                            "%s: is given twice; give one map of a kind", words->option);
     return pm_error_set(words->err, PM_E_RANGE,
                         "%s: a precomputed map stands in for the global one; give one of -apg "
                         "and -app",
@@ -114,10 +117,13 @@ pm_status pm_take_map(struct pm_words *words)
 
 pm_status pm_take_detected_map(struct pm_words *words)
 {
-    pm_status st = pm_word_text(words, "a file", &words->out->detected_map);
-    return st ? st
-              : take_gather(words, &words->out->detected_gather,
-                            &words->out->detected_gather_max);
+    pm_options *out = words->out;
+    if (out->detected_count == PM_MAP_KINDS)
+        return pm_error_set(words->err, PM_E_RANGE, "-ap: at most a map of each kind");
+    pm_map_option *map = &out->detected[out->detected_count++];
+    map->given = true;
+    pm_status st = pm_word_text(words, "a file", &map->file);
+    return st ? st : take_gather(words, &map->gather, &map->gather_max);
 }
 
 pm_status pm_take_bandwidth(struct pm_words *words)

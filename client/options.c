@@ -465,9 +465,9 @@ static bool is_option(const char *word)
 
 static bool has_range(const pm_options *said)
 {
-    bool any = said->detected_gather_max;
+    bool any = false;
     for (int kind = 0; kind < PM_MAP_KINDS; kind++)
-        any = any || said->maps[kind].gather_max;
+        any = any || said->maps[kind].gather_max || said->detected[kind].gather_max;
     return any;
 }
 

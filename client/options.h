@@ -86,8 +86,8 @@ typedef struct pm_options {
     pm_oconv_option oconv;
 
     pm_map_option maps[PM_MAP_KINDS];
-    const char *detected_map; /* -ap FILE: its kind is read from the file */
-    uint32_t detected_gather, detected_gather_max;
+    pm_map_option detected[PM_MAP_KINDS]; /* -ap FILE: kinds are read from the files */
+    unsigned detected_count;
     double fraction;       /* -apf, -apP: of a precomputed map; 0: the server's default */
     const char *bandwidth; /* how to choose between the two; NULL: the server's default */
     int ambient_bounces;   /* -ab */

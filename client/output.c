@@ -2,6 +2,8 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdbool.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -23,10 +25,36 @@ pm_status pm_output_check(const char *path, pm_error *err)
     if (!*path || (!stat(path, &about) && S_ISDIR(about.st_mode)))
         return pm_error_set_at(err, PM_E_IO, *path ? path : "\"\"", 0, 0,
                                "cannot be written: it must be the name of a file");
+    if (!stat(path, &about) && !S_ISREG(about.st_mode))
+        return access(path, W_OK) ? system_error(err, path, "cannot be written") : PM_OK;
     const char *slash = strrchr(path, '/');
     snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash + 1 - path) : 1,
              slash ? path : ".");
     return access(folder, W_OK | X_OK) ? system_error(err, path, "cannot be written") : PM_OK;
+}
+
+/* The file itself where links lead to one: they stay links. */
+static void follow_links(pm_output *output, const char *path)
+{
+    char *real = realpath(path, NULL);
+    const char *name = real && strlen(real) < sizeof output->path ? real : path;
+    strcpy(output->path, name);
+    free(real);
+}
+
+/* Devices and pipes are written as they are: a file that is put in their place is none. */
+static bool is_written_in_place(const char *path)
+{
+    struct stat about;
+    return !stat(path, &about) && !S_ISREG(about.st_mode);
+}
+
+static int open_beside(pm_output *output, const char *path)
+{
+    follow_links(output, path);
+    snprintf(output->temporary, sizeof output->temporary, "%s.part%ld", output->path,
+             (long)getpid());
+    return open(output->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
 }
 
 pm_status pm_output_open(pm_output *output, const char *path, pm_error *err)
@@ -39,44 +67,60 @@ pm_status pm_output_open(pm_output *output, const char *path, pm_error *err)
         output->file = stdout;
         return PM_OK;
     }
-    snprintf(output->temporary, sizeof output->temporary, "%s.part%ld", path, (long)getpid());
-    int file = open(output->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    int file = is_written_in_place(path) ? open(path, O_WRONLY | O_NOCTTY | O_CLOEXEC)
+                                         : open_beside(output, path);
     output->file = file < 0 ? NULL : fdopen(file, "wb");
     if (output->file)
         return PM_OK;
     pm_status st = system_error(err, path, "cannot be written");
     if (file >= 0) {
         close(file);
-        unlink(output->temporary);
+        if (output->temporary[0])
+            unlink(output->temporary);
     }
     return st;
+}
+
+/* fsync knows no devices nor pipes: they have nothing to make last. */
+static bool is_on_disk(FILE *file)
+{
+    return !fsync(fileno(file)) || errno == EINVAL || errno == ENOTSUP || errno == ENOSYS;
+}
+
+/* 0, or errno of what failed first. */
+static int finish(FILE *file)
+{
+    int error = fflush(file) ? errno : ferror(file) ? EIO : 0;
+    if (file == stdout)
+        return error;
+    if (!error && !is_on_disk(file))
+        error = errno;
+    if (fclose(file) && !error)
+        error = errno;
+    return error;
 }
 
 pm_status pm_output_commit(pm_output *output, pm_error *err)
 {
-    pm_status st = PM_OK;
-    if (fflush(output->file) || ferror(output->file))
-        st = system_error(err, output->path, "cannot be written whole");
-    if (output->temporary[0]) {
-        if (!st && fsync(fileno(output->file)) && errno != EINVAL)
-            st = system_error(err, output->path, "cannot be written whole");
-        if (fclose(output->file) && !st)
-            st = system_error(err, output->path, "cannot be written whole");
-        output->file = NULL;
-        if (!st && rename(output->temporary, output->path))
-            st = system_error(err, output->path, "cannot be put in place");
-        if (st)
-            unlink(output->temporary);
-    }
+    const char *what = "cannot be written whole";
+    int error = finish(output->file);
     output->file = NULL;
-    return st;
+    if (!error && output->temporary[0] && rename(output->temporary, output->path)) {
+        what = "cannot be put in place";
+        error = errno;
+    }
+    if (error && output->temporary[0])
+        unlink(output->temporary);
+    errno = error;
+    return error ? system_error(err, output->path, what) : PM_OK;
 }
 
 void pm_output_abandon(pm_output *output)
 {
-    if (output->file && output->temporary[0]) {
+    if (output->file && output->file != stdout) {
         fclose(output->file);
-        unlink(output->temporary);
+        if (output->temporary[0])
+            unlink(output->temporary);
     }
     output->file = NULL;
 }

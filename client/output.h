@@ -6,7 +6,8 @@
 #include "base/error.h"
 
 /* A file that appears whole or not at all: written beside its place, then renamed. "-" is
- * standard output. */
+ * standard output; a device or a pipe is written as it is, and a link stays one.
+ * Tests: devices_and_links_stay_what_they_are. */
 typedef struct pm_output {
     FILE *file;
     char path[4096];

@@ -42,15 +42,16 @@ static pm_status add(void *context, const pm_photon *photons, size_t count, pm_e
     return PM_OK;
 }
 
-/* Mean flux of a photon [W]. */
+/* Mean flux of a photon [W], or irradiance of a precomputed one [W/m^2]. */
 static pm_rgb mean_flux(const struct info *info)
 {
     const pm_map_header *header = &info->header;
     if (!info->photons)
         return (pm_rgb){0, 0, 0};
-    double area = header->world_scale * header->world_scale;
-    return pm_rgb_scale(info->flux, header->flux_scale * area / (double)info->paths /
-                                        (double)info->photons);
+    double scale = header->flux_scale / (double)info->photons;
+    if (header->kind != PM_MAP_PRECOMPUTED)
+        scale *= header->world_scale * header->world_scale / (double)info->paths;
+    return pm_rgb_scale(info->flux, scale);
 }
 
 static void print_passes(const struct info *info)

@@ -85,7 +85,7 @@ static void print_left_out(const pm_options *options, const pm_json *plan)
     for (size_t i = 0; i < pm_json_length(plan) && i < PM_MAP_KINDS; i++) {
         const pm_json *pass = pm_json_at(plan, i);
         bool looked_at = i == PM_MAP_DIRECT; /* alone, by mkpmap */
-        bool asked = options->maps[i].given || (!any && !options->detected_map && !looked_at);
+        bool asked = options->maps[i].given || (!any && !options->detected_count && !looked_at);
         if (asked && !pm_json_get_bool(pass, "needed", true))
             fprintf(stderr, "%s\n", pm_json_get_text(pass, "reason", ""));
     }

@@ -10,6 +10,7 @@
 #include "base/bytes.h"
 #include "caret.h"
 #include "interrupt.h"
+#include "map_files.h"
 #include "output.h"
 #include "private_server.h"
 #include "progress.h"
@@ -348,8 +349,7 @@ static const char *input_name(const pm_session *session, const char *name)
     if (!strcmp(name, "points"))
         return "standard input";
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
-        const char *file =
-            options->maps[kind].file ? options->maps[kind].file : options->detected_map;
+        const char *file = pm_map_files_name(options, (pm_map_kind)kind);
         bool precomputed = kind == PM_MAP_GLOBAL && !strncmp(name, "precomputed", 11);
         const char *word =
             pm_map_kind_name(precomputed ? PM_MAP_PRECOMPUTED : (pm_map_kind)kind);

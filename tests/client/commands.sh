@@ -68,12 +68,19 @@ expect 0 "cache: hit" "$pm" mkpmap -fo -app again.pgpm 4k 50 -apP .3 -apr 9 box.
 expect 0 "Kind:         precomputed" "$pm" pmapinfo box.pgpm
 kept=$("$pm" pmapinfo box.pgpm | sed -n 's/^Photons: *//p')
 [ "$kept" -ge 1200 ] && [ "$kept" -le 1210 ] || fail "$kept precomputed photons instead of 1200"
+dumped=$("$pm" pmapdump -f -a -n 4k box.pgpm | awk '{ sum += $4 } END { print sum / NR }')
+"$pm" pmapinfo box.pgpm | awk -v d="$dumped" '/^Average/ { r = $3 / d; exit !(r > .998 && r < 1.002) }' ||
+    fail "pmapinfo and pmapdump tell different irradiances, $dumped"
 [ "$("$pm" pmapdump -f -a -n 100 box.pgpm | awk 'NF == 6' | wc -l)" = 100 ] || fail "pmapdump"
 key=$("$pm" map list -q | sed -n 's/ .*precomputed.*//p')
 "$pm" map info "$key" >/dev/null || fail "the precomputed map is not kept as $key"
 "$pm" rpict -ab -1 -app box.pgpm $view box.rad >app.hdr || fail "rpict -app"
 "$pm" rpict -ab -1 -app box.pgpm 1 $view box.rad >app1.hdr || fail "rpict -app FILE 1"
 "$pm" rpict -ab -1 -ap box.pgpm $view box.rad >ap.hdr || fail "rpict -ap of a precomputed map"
+"$pm" rpict -ab -1 -apg box.gpm 30 -apc box.cpm 20 $view box.rad >named.hdr || fail "rpict -apg -apc"
+"$pm" rpict -ab -1 -ap box.cpm 20 -ap box.gpm 30 $view box.rad >found.hdr || fail "rpict -ap -ap"
+[ "$(body_of named.hdr)" = "$(body_of found.hdr)" ] || fail "of two -ap one was left out"
+expect 1 "is a second global map" "$pm" rpict -ap box.gpm 30 -ap box.pgpm $view box.rad
 "$pm" render -ab -1 -app 4k 50 -apP .3 -apr 9 $view -o app.exr box.rad || fail "render -app"
 [ "$(body_of app.hdr)" = "$(body_of ap.hdr)" ] || fail "-ap and -app differ"
 [ "$(body_of app.hdr)" = "$(body_of app1.hdr)" ] || fail "-app FILE and -app FILE 1 differ"
