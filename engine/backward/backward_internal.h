@@ -7,6 +7,7 @@
 #include "base/rng.h"
 #include "world/light.h"
 #include "world/media.h"
+#include "world/near.h"
 #include "world/surface.h"
 
 /* What the files of this folder share. Nothing outside it includes this header.
@@ -203,6 +204,11 @@ void pm_queue_add(const struct pm_pass *pass, struct pm_queue *queue,
 /* Answers all that wait. */
 void pm_queue_finish(const struct pm_pass *pass, struct pm_queue *queue);
 
+/* lookup.c: what a precomputed map's closest photon, or SIZE_MAX for none, says; near walls,
+ * the closest of a few that is in sight. */
+pm_estimate pm_lookup_closest(const struct pm_pass *pass, const struct pm_waiting *waiting,
+                              size_t index);
+
 /* lookup.c: adds an estimate to a value; near walls, what of it is in sight. */
 void pm_lookup_add(const struct pm_pass *pass, struct pm_waiting *waiting,
                    const pm_estimate *estimate, struct pm_value *value);
@@ -215,20 +221,21 @@ void pm_lookup_add(const struct pm_pass *pass, struct pm_waiting *waiting,
  * the rest of a geometric distribution is the same distribution again. Test:
  * corners_and_edges_are_as_bright_as_they_are. */
 double pm_boundary_factor(const struct pm_pass *pass, const struct pm_spot *spot,
-                          pm_vec3 normal, double radius, bool walls, pm_rng *rng);
+                          pm_vec3 normal, double radius, const pm_between *walls, pm_rng *rng);
 
 /* The mean of 16 such draws for precomputed photon i. */
 double pm_boundary_mean(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
-                        double radius, bool walls, uint64_t i);
+                        double radius, const pm_between *walls, uint64_t i);
 
 /* sight.c: photons behind a wall that stands on the surface do not count, nor does the part of
  * the disc behind it, though the surface may go on there. pm_walls_near says whether there may
- * be any; then pm_sees tells of a place, its normal on the photons' side. Test:
+ * be any, and which; then pm_sees tells of a place, its normal on the photons' side. Most
+ * places are told by those walls' planes alone, the others by a ray. Test:
  * nothing_comes_through_a_wall_without_thickness. */
 bool pm_walls_near(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
-                   double radius);
-bool pm_sees(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
-             pm_vec3 place, pm_vec3 place_normal);
+                   double radius, pm_between *walls);
+bool pm_sees(const struct pm_pass *pass, const struct pm_spot *spot, const pm_between *walls,
+             pm_vec3 normal, pm_vec3 place, pm_vec3 place_normal);
 
 /* gather.c: the same by one gather ray, whose diffuse vertices are of kind `end`. */
 void pm_gather(const struct pm_pass *pass, const struct pm_spot *spot, pm_rgb throughput,

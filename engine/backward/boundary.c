@@ -15,7 +15,7 @@ static const double off_plane = .6;
 /* Whether a photon could have been stored at a place of the disc: drawn evenly, looked for
  * along the normal. */
 static bool lands(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
-                  double radius, bool walls, pm_rng *rng)
+                  double radius, const pm_between *walls, pm_rng *rng)
 {
     double distance = radius * sqrt(pm_rng_uniform(rng)), sine, cosine;
     pm_sincos(2 * PM_PI * pm_rng_uniform(rng), &sine, &cosine);
@@ -31,7 +31,7 @@ static bool lands(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec
             pm_vec3_dot(hit.normal, normal) < 0 ? pm_vec3_negate(hit.normal) : hit.normal;
         bool stores = hit.surface == spot->from || pm_surface_may_store(pass->world, &hit);
         if (stores && pm_photon_counts(spot->point, normal, hit.point, facing))
-            return !walls || pm_sees(pass, spot, normal, hit.point, facing);
+            return !walls || pm_sees(pass, spot, walls, normal, hit.point, facing);
         ray.origin = hit.point;
         ray.from = hit.surface;
         ray.t_max -= hit.t;
@@ -40,7 +40,7 @@ static bool lands(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec
 }
 
 double pm_boundary_factor(const struct pm_pass *pass, const struct pm_spot *spot,
-                          pm_vec3 normal, double radius, bool walls, pm_rng *rng)
+                          pm_vec3 normal, double radius, const pm_between *walls, pm_rng *rng)
 {
     int trials = 0, successes = 0;
     if (lands(pass, spot, normal, radius, walls, rng))
@@ -53,7 +53,7 @@ double pm_boundary_factor(const struct pm_pass *pass, const struct pm_spot *spot
 }
 
 double pm_boundary_mean(const struct pm_pass *pass, const struct pm_spot *spot, pm_vec3 normal,
-                        double radius, bool walls, uint64_t i)
+                        double radius, const pm_between *walls, uint64_t i)
 {
     enum { DRAWS = 16 };
     pm_rng rng;

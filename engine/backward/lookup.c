@@ -115,13 +115,14 @@ struct weighing {
     const struct pm_pass *pass;
     const struct pm_spot *spot;
     pm_vec3 normal;
-    bool uniform, walls;
+    bool uniform;
+    const pm_between *walls; /* NULL: none */
 };
 
 static pm_rgb photon_weight(const void *context, const pm_photon *photon)
 {
     const struct weighing *w = context;
-    if (w->walls && !pm_sees(w->pass, w->spot, w->normal, pm_photon_position(photon),
+    if (w->walls && !pm_sees(w->pass, w->spot, w->walls, w->normal, pm_photon_position(photon),
                              pm_photon_normal(photon)))
         return pm_rgb_grey(0);
     if (w->uniform)
@@ -162,34 +163,42 @@ static pm_rgb take_closest(const void *context, const pm_photon *photon)
     pm_vec3 way = pm_vec3_sub(place, w->spot->point);
     double distance2 = pm_vec3_dot(way, way);
     if (distance2 < seeking->closest->distance2 &&
-        pm_sees(w->pass, w->spot, w->normal, place, pm_photon_normal(photon)))
+        pm_sees(w->pass, w->spot, w->walls, w->normal, place, pm_photon_normal(photon)))
         *seeking->closest = (struct closest){distance2, *photon};
     return pm_rgb_grey(0);
 }
 
-/* A precomputed irradiance: of the closest photon; near walls, of the closest of a few that is
- * in sight. */
-static pm_estimate ask_precomputed(const struct pm_lookup *lookup,
-                                   const struct weighing *weighing)
+pm_estimate pm_lookup_closest(const struct pm_pass *pass, const struct pm_waiting *waiting,
+                              size_t index)
 {
     enum { ASKED = 16 };
-    const struct pm_spot *spot = weighing->spot;
+    const pm_photon_map *map = waiting->lookup->map;
+    const struct pm_spot *spot = &waiting->spot;
+    pm_between walls;
+    const struct weighing weighing = {pass, spot, waiting->normal, true, &walls};
     struct closest closest = {.distance2 = INFINITY};
-    const struct seeking seeking = {weighing, &closest};
-    size_t index;
-    pm_photon photon;
-    if (!pm_photon_map_closest(lookup->map, spot->point, weighing->normal, INFINITY, &index))
+    const struct seeking seeking = {&weighing, &closest};
+    if (index == SIZE_MAX)
         return (pm_estimate){.count = 0};
-    pm_photon_map_photon(lookup->map, index, &photon);
+    pm_photon photon;
+    pm_photon_map_photon(map, index, &photon);
     pm_vec3 place = pm_photon_position(&photon);
     double distance = pm_vec3_distance(place, spot->point);
-    if (!(distance > 0) || !pm_walls_near(weighing->pass, spot, weighing->normal, distance) ||
-        pm_sees(weighing->pass, spot, weighing->normal, place, pm_photon_normal(&photon)))
-        return pm_precomputed_estimate(lookup->map, &photon);
-    pm_photon_map_nearest(lookup->map, spot->point, weighing->normal, ASKED, INFINITY,
-                          PM_PHOTONS_ALL, &(pm_photon_weight){take_closest, &seeking});
-    return isfinite(closest.distance2) ? pm_precomputed_estimate(lookup->map, &closest.photon)
+    if (!(distance > 0) || !pm_walls_near(pass, spot, waiting->normal, distance, &walls) ||
+        pm_sees(pass, spot, &walls, waiting->normal, place, pm_photon_normal(&photon)))
+        return pm_precomputed_estimate(map, &photon);
+    pm_photon_map_nearest(map, spot->point, waiting->normal, ASKED, INFINITY, PM_PHOTONS_ALL,
+                          &(pm_photon_weight){take_closest, &seeking});
+    return isfinite(closest.distance2) ? pm_precomputed_estimate(map, &closest.photon)
                                        : (pm_estimate){.count = 0};
+}
+
+static pm_estimate ask_precomputed(const struct pm_pass *pass, const struct pm_waiting *waiting)
+{
+    size_t index = SIZE_MAX;
+    pm_photon_map_closest(waiting->lookup->map, waiting->spot.point, waiting->normal, INFINITY,
+                          &index);
+    return pm_lookup_closest(pass, waiting, index);
 }
 
 /* A precomputed irradiance does not tell where light came from: as if evenly from the
@@ -225,9 +234,11 @@ void pm_lookup_add(const struct pm_pass *pass, struct pm_waiting *waiting,
     if (!estimate.count)
         return;
     bool area = !waiting->lookup->precomputed; /* which holds what follows */
-    bool walls = area && pm_walls_near(pass, spot, normal, estimate.radius);
+    pm_between near;
+    const pm_between *walls =
+        area && pm_walls_near(pass, spot, normal, estimate.radius, &near) ? &near : NULL;
     if (walls) { /* once more: what is in sight of all that */
-        const struct weighing weighing = {pass, spot, normal, waiting->uniform, true};
+        const struct weighing weighing = {pass, spot, normal, waiting->uniform, walls};
         const pm_photon_weight each = {photon_weight, &weighing};
         estimate = ask(waiting->lookup, spot->point, normal, &each);
     }
@@ -247,10 +258,10 @@ static void ask_now(const struct pm_pass *pass, struct pm_waiting *waiting,
                     struct pm_value *value)
 {
     const struct pm_spot *spot = &waiting->spot;
-    const struct weighing weighing = {pass, spot, waiting->normal, waiting->uniform, false};
+    const struct weighing weighing = {pass, spot, waiting->normal, waiting->uniform, NULL};
     const pm_photon_weight each = {photon_weight, &weighing};
     pm_estimate estimate = waiting->lookup->precomputed
-                               ? ask_precomputed(waiting->lookup, &weighing)
+                               ? ask_precomputed(pass, waiting)
                                : ask(waiting->lookup, spot->point, waiting->normal,
                                      waiting->uniform ? NULL : &each);
     pm_lookup_add(pass, waiting, &estimate, value);
@@ -279,8 +290,7 @@ static void add_side(const struct pm_pass *pass, const struct pm_spot *spot, uns
     for (int i = 0; i < rule->lookup_count; i++) {
         waiting.lookup = &rule->lookups[i];
         pm_rng_bounce(&waiting.rng, ++sampler->lookups);
-        if (sampler->queue && uniform && !waiting.lookup->range.most &&
-            !waiting.lookup->precomputed)
+        if (sampler->queue && uniform && !waiting.lookup->range.most)
             pm_queue_add(pass, sampler->queue, &waiting, sampler->slot);
         else
             ask_now(pass, &waiting, value);
@@ -304,9 +314,11 @@ pm_estimate pm_estimate_at_photon(const void *world, const pm_photon_map *map, p
     pm_estimate e = ask(&lookup, point, normal, NULL);
     if (!e.count)
         return e;
-    bool walls = pm_walls_near(&pass, &spot, normal, e.radius);
+    pm_between near;
+    const pm_between *walls =
+        pm_walls_near(&pass, &spot, normal, e.radius, &near) ? &near : NULL;
     if (walls) {
-        const struct weighing weighing = {&pass, &spot, normal, true, true};
+        const struct weighing weighing = {&pass, &spot, normal, true, walls};
         e = ask(&lookup, point, normal, &(pm_photon_weight){photon_weight, &weighing});
     }
     double edges = pm_boundary_mean(&pass, &spot, normal, e.radius, walls, i);

@@ -37,30 +37,36 @@ static size_t put_queries(const struct pm_queue *queue, struct kind kind,
         queries[count] = (pm_photon_query){
             .point = w->spot.point,
             .normal = w->normal,
-            .radius = kind.lookup->radius > 0 ? kind.lookup->radius : INFINITY,
+            .radius = kind.lookup->radius > 0 && !kind.lookup->precomputed ? kind.lookup->radius
+                                                                           : INFINITY,
         };
         place[count++] = (uint32_t)i;
     }
     return count;
 }
 
-static void answer(const struct pm_queue *queue, struct kind kind,
+static void answer(const struct pm_pass *pass, const struct pm_queue *queue, struct kind kind,
                    pm_estimate answers[PM_QUEUE_MAX])
 {
     const struct pm_lookup *lookup = kind.lookup;
     pm_photon_query queries[PM_QUEUE_MAX];
     pm_estimate estimates[PM_QUEUE_MAX];
     uint32_t place[PM_QUEUE_MAX];
+    size_t index[PM_QUEUE_MAX];
     size_t count = put_queries(queue, kind, queries, place);
     if (!count)
         return;
-    if (lookup->radius > 0)
+    if (lookup->precomputed)
+        pm_photon_map_closest_batch(lookup->map, queries, count, index);
+    else if (lookup->radius > 0)
         pm_photon_map_within_batch(lookup->map, queries, count, lookup->filter, estimates);
     else
         pm_photon_map_nearest_batch(lookup->map, queries, count, lookup->gather_count,
                                     lookup->filter, estimates);
     for (size_t i = 0; i < count; i++)
-        answers[place[i]] = estimates[i];
+        answers[place[i]] = lookup->precomputed
+                                ? pm_lookup_closest(pass, &queue->waiting[place[i]], index[i])
+                                : estimates[i];
 }
 
 void pm_queue_finish(const struct pm_pass *pass, struct pm_queue *queue)
@@ -69,7 +75,7 @@ void pm_queue_finish(const struct pm_pass *pass, struct pm_queue *queue)
     for (int v = 0; v < PM_VERTEX_KINDS; v++)
         for (int i = 0; i < pass->rules[v].lookup_count; i++)
             for (int far = 0; far < 2; far++)
-                answer(queue, (struct kind){&pass->rules[v].lookups[i], far}, answers);
+                answer(pass, queue, (struct kind){&pass->rules[v].lookups[i], far}, answers);
     for (size_t i = 0; i < queue->count; i++)
         pm_lookup_add(pass, &queue->waiting[i], &answers[i], &queue->values[queue->slot[i]]);
     queue->count = 0;

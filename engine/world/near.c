@@ -3,8 +3,16 @@
 #include "world/ray_tree.h"
 #include "world/world_internal.h"
 
+struct ball;
+struct around;
+
+/* What is asked of a leaf; true ends the walk. */
+typedef bool ask_leaf(const struct ball *ball, const struct pm_tree_leaf *leaf);
+
 /* A ball, and which way is up, as boxes and triangles of a tree see them. */
 struct ball {
+    ask_leaf *ask;
+    struct around *around; /* what `ask` fills, or NULL */
     const struct pm_body *body;
     uint32_t base; /* number of the body's first surface */
     uint32_t from;
@@ -51,8 +59,9 @@ static unsigned boxes_met(const struct ball *b, const struct pm_tree_node *node)
     return bits;
 }
 
-/* Bits of the flat items that are steep and have their plane within the ball. */
-static unsigned planes_met(const struct ball *b, const struct pm_tree_leaf *leaf)
+/* Bits of the flat items that have their plane within the ball and are less level than
+ * `cosine`. */
+static unsigned planes_met(const struct ball *b, const struct pm_tree_leaf *leaf, double cosine)
 {
     unsigned bits = 0;
     for (int i = 0; i < PM_TREE_WIDTH; i++) {
@@ -61,10 +70,18 @@ static unsigned planes_met(const struct ball *b, const struct pm_tree_leaf *leaf
             slope += leaf->plane[axis][i] * b->u[axis];
             distance += leaf->plane[axis][i] * b->c[axis];
         }
-        bool met = fabsf(slope) < (float)PM_STEEP_COSINE && fabsf(distance) <= b->r;
+        bool met = fabsf(slope) < (float)cosine && fabsf(distance) <= b->r;
         bits |= (unsigned)met << i;
     }
     return bits & leaf->flat;
+}
+
+static bool box_meets(const struct ball *b, const pm_vec3 p[4])
+{
+    pm_vec3 low = pm_vec3_min(pm_vec3_min(p[0], p[1]), pm_vec3_min(p[2], p[3]));
+    pm_vec3 high = pm_vec3_max(pm_vec3_max(p[0], p[1]), pm_vec3_max(p[2], p[3]));
+    pm_vec3 nearest = pm_vec3_max(low, pm_vec3_min(high, b->center));
+    return pm_vec3_distance(nearest, b->center) <= (double)b->r;
 }
 
 /* Whether an item reaches above the tangent plane and has its box within the ball. */
@@ -72,10 +89,7 @@ static bool rises_near(const struct ball *b, uint32_t item)
 {
     pm_vec3 p[4];
     pm_ray_tree_corners(b->body->tree, item, p);
-    pm_vec3 low = pm_vec3_min(pm_vec3_min(p[0], p[1]), pm_vec3_min(p[2], p[3]));
-    pm_vec3 high = pm_vec3_max(pm_vec3_max(p[0], p[1]), pm_vec3_max(p[2], p[3]));
-    pm_vec3 nearest = pm_vec3_max(low, pm_vec3_min(high, b->center));
-    if (pm_vec3_distance(nearest, b->center) > (double)b->r)
+    if (!box_meets(b, p))
         return false;
     for (int i = 0; i < 4; i++)
         if (pm_vec3_dot(pm_vec3_sub(p[i], b->center), b->up) > 0x1p-20)
@@ -85,7 +99,7 @@ static bool rises_near(const struct ball *b, uint32_t item)
 
 /* ---- through a tree ---- */
 
-static bool stands_in(const struct ball *ball);
+static bool walk(const struct ball *ball);
 
 static bool stands_in_instance(const struct ball *b, const struct pm_instance *instance)
 {
@@ -93,7 +107,8 @@ static bool stands_in_instance(const struct ball *b, const struct pm_instance *i
         ball_in(instance->body, b->base + instance->first, b->from,
                 pm_instance_point_in(instance, b->center),
                 pm_instance_direction_in(instance, b->up), b->radius / instance->unit);
-    return stands_in(&inner);
+    inner.ask = b->ask;
+    return walk(&inner);
 }
 
 /* A round shape or an instance whose box is met. */
@@ -112,7 +127,7 @@ static bool item_stands(const struct ball *b, uint32_t item)
 
 static bool leaf_stands(const struct ball *b, const struct pm_tree_leaf *leaf)
 {
-    for (unsigned flat = planes_met(b, leaf); flat; flat &= flat - 1) {
+    for (unsigned flat = planes_met(b, leaf, PM_STEEP_COSINE); flat; flat &= flat - 1) {
         int lane = __builtin_ctz(flat);
         uint32_t surface = leaf->surface[lane];
         bool itself = surface != PM_NO_PRIMITIVE && b->base + surface == b->from;
@@ -129,11 +144,12 @@ static bool leaf_stands(const struct ball *b, const struct pm_tree_leaf *leaf)
     return false;
 }
 
-static bool stands_in(const struct ball *b)
+/* True if a leaf's answer was. */
+static bool walk(const struct ball *b)
 {
     const struct pm_ray_tree *tree = b->body->tree;
     for (uint32_t i = 0; tree->few && i < tree->few_count; i++)
-        if (leaf_stands(b, &tree->few[i]))
+        if (b->ask(b, &tree->few[i]))
             return true;
     pm_tree_link stack[PM_TREE_STACK], *top = stack;
     if (tree->root)
@@ -141,7 +157,7 @@ static bool stands_in(const struct ball *b)
     while (top > stack) {
         pm_tree_link at = *--top;
         if (at & 1) {
-            if (leaf_stands(b, (const struct pm_tree_leaf *)(at - 1)))
+            if (b->ask(b, (const struct pm_tree_leaf *)(at - 1)))
                 return true;
             continue;
         }
@@ -158,5 +174,182 @@ bool pm_world_stands_near(const pm_world *world, pm_vec3 point, pm_vec3 normal, 
     if (world->main->count == 0)
         return false;
     struct ball ball = ball_in(world->main, 0, from, point, normal, radius);
-    return stands_in(&ball);
+    ball.ask = leaf_stands;
+    return walk(&ball);
+}
+
+/* ---- what stands between ---- */
+
+enum { ITEMS_MAX = 32 };
+
+/* Photons of a surface that leans more do not count (photon_map.h), but for rounding. */
+#define LEVEL (.5 - 0x1p-10)
+/* All normals are the same to this cosine: then only what is steep hides. */
+#define EVEN  (1 - 0x1p-20)
+#define STEEP (PM_STEEP_COSINE + 0x1p-10)
+/* The step of stored positions, and a little: who is so near to a plane is on both sides. */
+#define STEP 0x1p-30
+/* Places are raised that much for their view: less than this [world units]. */
+#define RAISED 0x1p-22
+
+struct item {
+    pm_vec3 corner[4];
+    struct pm_between_plane plane;
+    double slope;
+    bool itself;
+};
+
+struct around {
+    uint32_t count;
+    bool unknown, from_round; /* the point's own surface is round */
+    struct item item[ITEMS_MAX];
+};
+
+static double height_over(const struct pm_between_plane *plane, pm_vec3 p)
+{
+    return pm_vec3_dot(plane->normal, p) - plane->offset;
+}
+
+static struct item item_of(const struct ball *b, const pm_vec3 corner[4], bool itself)
+{
+    struct item out = {.itself = itself};
+    pm_vec3 across[2] = {pm_vec3_sub(corner[1], corner[0]), pm_vec3_sub(corner[2], corner[0])};
+    pm_vec3 normal = pm_vec3_normalize(pm_vec3_cross(across[0], across[1]));
+    out.plane = (struct pm_between_plane){normal, pm_vec3_dot(normal, corner[0]), 0};
+    for (int i = 0; i < 4; i++) {
+        out.corner[i] = corner[i];
+        out.plane.slack = fmax(out.plane.slack, fabs(height_over(&out.plane, corner[i])));
+    }
+    out.slope = fabs(pm_vec3_dot(normal, b->up));
+    return out;
+}
+
+/* A flat item whose box is within the ball. */
+static void take_flat(const struct ball *b, uint32_t item, bool itself)
+{
+    struct around *around = b->around;
+    pm_vec3 corner[4];
+    pm_ray_tree_corners(b->body->tree, item, corner);
+    if (!box_meets(b, corner))
+        return;
+    if (around->count == ITEMS_MAX) {
+        around->unknown = true;
+        return;
+    }
+    struct item *out = &around->item[around->count++];
+    *out = item_of(b, corner, itself);
+    around->unknown |= !(out->slope <= 2) || !(out->plane.slack < 0x1p-20); /* a sliver; bent */
+}
+
+/* Anything else, by its box. */
+static void take_other(const struct ball *b, uint32_t item)
+{
+    const struct pm_ray_tree *tree = b->body->tree;
+    item -= tree->flat_count;
+    bool itself = item < tree->round_count && tree->round[item] == b->from;
+    b->around->from_round |= itself;
+    b->around->unknown |= !itself;
+}
+
+static bool leaf_around(const struct ball *b, const struct pm_tree_leaf *leaf)
+{
+    unsigned flat = planes_met(b, leaf, INFINITY);
+    unsigned others = leaf->boxes ? boxes_met(b, leaf->boxes) & leaf->lanes & ~leaf->flat : 0;
+    for (unsigned bits = flat | others; bits; bits &= bits - 1) {
+        int lane = __builtin_ctz(bits);
+        if (leaf->item[lane] < b->body->tree->flat_count)
+            take_flat(b, leaf->item[lane],
+                      leaf->surface[lane] != PM_NO_PRIMITIVE && leaf->surface[lane] == b->from);
+        else
+            take_other(b, leaf->item[lane]);
+    }
+    return b->around->unknown;
+}
+
+/* Whether places where photons count lie on both sides of a plane. */
+static bool parts(const struct around *around, pm_vec3 point,
+                  const struct pm_between_plane *plane)
+{
+    double low = height_over(plane, point), high = low;
+    for (uint32_t i = 0; i < around->count; i++) {
+        const struct item *item = &around->item[i];
+        for (int k = 0; k < 4 && item->slope >= LEVEL; k++) {
+            double height = height_over(plane, item->corner[k]);
+            low = fmin(low, height);
+            high = fmax(high, height);
+        }
+    }
+    return around->from_round || (low < -STEP && high > STEP);
+}
+
+static bool is_even(const struct around *around)
+{
+    for (uint32_t i = 0; i < around->count; i++)
+        if (around->item[i].slope >= LEVEL && around->item[i].slope < EVEN)
+            return false;
+    return !around->from_round;
+}
+
+/* The same plane as one that is kept already: tiles of a wall. */
+static bool is_kept(const pm_between *between, const struct pm_between_plane *plane)
+{
+    for (uint32_t i = 0; i < between->count; i++) {
+        const struct pm_between_plane *kept = &between->plane[i];
+        double sign = pm_vec3_dot(kept->normal, plane->normal) < 0 ? -1 : 1;
+        pm_vec3 off = pm_vec3_madd(kept->normal, -sign, plane->normal);
+        if (pm_vec3_length(off) + fabs(kept->offset - sign * plane->offset) < 0x1p-40)
+            return true;
+    }
+    return false;
+}
+
+static void keep_planes(const struct around *around, pm_between *out)
+{
+    bool even = is_even(around);
+    for (uint32_t i = 0; i < around->count && !out->unknown; i++) {
+        const struct item *item = &around->item[i];
+        if (item->itself || (even && item->slope > STEEP) ||
+            !parts(around, out->center, &item->plane) || is_kept(out, &item->plane))
+            continue;
+        if (out->count == PM_BETWEEN_MAX)
+            out->unknown = true;
+        else
+            out->plane[out->count++] = item->plane;
+    }
+}
+
+void pm_world_between(const pm_world *world, pm_vec3 point, pm_vec3 normal, double radius,
+                      uint32_t from, pm_between *out)
+{
+    struct around around;
+    around.count = 0;
+    around.unknown = around.from_round = false;
+    out->unknown = false;
+    out->count = 0;
+    out->center = point;
+    out->radius = radius;
+    if (world->main->count == 0)
+        return;
+    struct ball ball = ball_in(world->main, 0, from, point, normal, radius + RAISED);
+    ball.ask = leaf_around;
+    ball.around = &around;
+    out->unknown = walk(&ball);
+    keep_planes(&around, out);
+}
+
+bool pm_between_clear(const pm_between *between, pm_vec3 a, pm_vec3 b)
+{
+    const double reach = between->radius + RAISED;
+    pm_vec3 from_a = pm_vec3_sub(a, between->center), from_b = pm_vec3_sub(b, between->center);
+    if (between->unknown || !(pm_vec3_dot(from_a, from_a) <= reach * reach) ||
+        !(pm_vec3_dot(from_b, from_b) <= reach * reach))
+        return false;
+    for (uint32_t i = 0; i < between->count; i++) {
+        const struct pm_between_plane *plane = &between->plane[i];
+        double margin = plane->slack + 0x1p-36;
+        double height = height_over(plane, a), other = height_over(plane, b);
+        if (!(fmin(height, other) > margin || fmax(height, other) < -margin))
+            return false;
+    }
+    return true;
 }

@@ -36,7 +36,7 @@ static void measure(pm_vec3 point, double radius, double *mean, double *error)
         struct pm_sampler sampler;
         pm_sampler_init(&sampler, 5, 0, i);
         double f =
-            pm_boundary_factor(&pass, &spot, up, radius / info.scale, false, &sampler.rng);
+            pm_boundary_factor(&pass, &spot, up, radius / info.scale, NULL, &sampler.rng);
         sum += f, square += f * f;
     }
     *mean = sum / N;
