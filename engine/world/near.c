@@ -1,6 +1,7 @@
 #include "world/near.h"
 
 #include "world/ray_tree.h"
+#include "world/surface.h"
 #include "world/world_internal.h"
 
 struct ball;
@@ -111,6 +112,13 @@ static bool stands_in_instance(const struct ball *b, const struct pm_instance *i
     return walk(&inner);
 }
 
+/* Whether a shape whose box is met has its surface within the ball. */
+static bool shape_meets(const struct ball *b, const struct pm_shape *s)
+{
+    double distance = pm_vec3_distance(b->center, s->center);
+    return !pm_shape_is_ball(s) || fabs(distance - s->r0) <= (double)b->r;
+}
+
 /* A round shape or an instance whose box is met. */
 static bool item_stands(const struct ball *b, uint32_t item)
 {
@@ -120,7 +128,7 @@ static bool item_stands(const struct ball *b, uint32_t item)
         return stands_in_instance(b, &b->body->instances[item - tree->round_count]);
     uint32_t index = tree->round[item];
     const struct pm_shape *s = &b->body->shapes[index];
-    if (b->base + index == b->from)
+    if (b->base + index == b->from || !shape_meets(b, s))
         return false;
     return !pm_shape_is_planar(s) || fabs(pm_vec3_dot(s->axis, b->up)) < PM_STEEP_COSINE;
 }
@@ -187,22 +195,33 @@ enum { ITEMS_MAX = 32 };
 /* All normals are the same to this cosine: then only what is steep hides. */
 #define EVEN  (1 - 0x1p-20)
 #define STEEP (PM_STEEP_COSINE + 0x1p-10)
+/* Photons of the same normal count up to that share of their distance above the tangent plane
+ * (photon_map.h). */
+#define BAND .26
 /* The step of stored positions, and a little: who is so near to a plane is on both sides. */
 #define STEP 0x1p-30
 /* Places are raised that much for their view: less than this [world units]. */
 #define RAISED 0x1p-22
+/* Rounding, and more. */
+#define MARGIN 0x1p-36
 
 struct item {
     pm_vec3 corner[4];
     struct pm_between_plane plane;
-    double slope;
+    double slope, low, high; /* heights over the tangent plane */
     bool itself;
+    bool bears; /* photons that count may lie on it */
 };
 
 struct around {
-    uint32_t count;
-    bool unknown, from_round; /* the point's own surface is round */
+    const pm_world *world;
+    bool unknown;
+    bool round; /* photons may lie on something round */
+    bool even;  /* all surfaces whose photons may count have the same normal */
+    uint32_t count, balls;
+    double low, high; /* of where such photons lie, along the normal */
     struct item item[ITEMS_MAX];
+    struct pm_between_ball ball[PM_BETWEEN_BALLS];
 };
 
 static double height_over(const struct pm_between_plane *plane, pm_vec3 p)
@@ -241,14 +260,31 @@ static void take_flat(const struct ball *b, uint32_t item, bool itself)
     around->unknown |= !(out->slope <= 2) || !(out->plane.slack < 0x1p-20); /* a sliver; bent */
 }
 
-/* Anything else, by its box. */
+/* A round shape within the ball. */
+static void take_shape(struct around *around, const struct pm_shape *s, bool itself)
+{
+    const pm_hit hit = {.material = s->material};
+    around->round |= itself || pm_surface_may_store(around->world, &hit);
+    if (itself || !pm_surface_blocks(around->world, &hit))
+        return;
+    if (!pm_shape_is_ball(s) || around->balls == PM_BETWEEN_BALLS)
+        around->unknown = true;
+    else
+        around->ball[around->balls++] = (struct pm_between_ball){s->center, s->r0};
+}
+
+/* Anything else whose box is within the ball. */
 static void take_other(const struct ball *b, uint32_t item)
 {
     const struct pm_ray_tree *tree = b->body->tree;
     item -= tree->flat_count;
-    bool itself = item < tree->round_count && tree->round[item] == b->from;
-    b->around->from_round |= itself;
-    b->around->unknown |= !itself;
+    if (item >= tree->round_count) {
+        b->around->unknown = true;
+        return;
+    }
+    const struct pm_shape *s = &b->body->shapes[tree->round[item]];
+    if (shape_meets(b, s))
+        take_shape(b->around, s, tree->round[item] == b->from);
 }
 
 static bool leaf_around(const struct ball *b, const struct pm_tree_leaf *leaf)
@@ -266,34 +302,69 @@ static bool leaf_around(const struct ball *b, const struct pm_tree_leaf *leaf)
     return b->around->unknown;
 }
 
+static void find_evenness(struct around *around)
+{
+    around->even = !around->round;
+    for (uint32_t i = 0; i < around->count; i++) {
+        double slope = around->item[i].slope;
+        around->even &= slope < LEVEL || slope >= EVEN;
+    }
+}
+
+/* Heights of an item's corners over a plane, added to a range. */
+static void add_heights(const struct item *item, const struct pm_between_plane *plane,
+                        double *low, double *high)
+{
+    for (int i = 0; i < 4; i++) {
+        double height = height_over(plane, item->corner[i]);
+        *low = fmin(*low, height);
+        *high = fmax(*high, height);
+    }
+}
+
+/* Sorts out what photons cannot count on, and says at what heights the others lie. */
+static void find_bearers(struct around *around, const struct ball *b)
+{
+    const struct pm_between_plane tangent = {b->up, pm_vec3_dot(b->up, b->center), 0};
+    const double most = BAND * b->radius + RAISED;
+    around->low = around->high = 0;
+    for (uint32_t i = 0; i < around->count; i++) {
+        struct item *item = &around->item[i];
+        double low = INFINITY, high = -INFINITY;
+        add_heights(item, &tangent, &low, &high);
+        item->low = low;
+        item->high = high;
+        item->bears = item->slope >= LEVEL && !(around->even && (low > most || high < -most));
+        around->low = item->bears ? fmin(around->low, low) : around->low;
+        around->high = item->bears ? fmax(around->high, high) : around->high;
+    }
+    if (around->round) {
+        around->low = -INFINITY;
+        around->high = INFINITY;
+    }
+}
+
+/* Whether what reaches from low to high stands above or below all places of photons. */
+static bool is_aside(const struct around *around, double low, double high)
+{
+    return low > around->high + RAISED || high < around->low - RAISED;
+}
+
 /* Whether places where photons count lie on both sides of a plane. */
 static bool parts(const struct around *around, pm_vec3 point,
                   const struct pm_between_plane *plane)
 {
     double low = height_over(plane, point), high = low;
-    for (uint32_t i = 0; i < around->count; i++) {
-        const struct item *item = &around->item[i];
-        for (int k = 0; k < 4 && item->slope >= LEVEL; k++) {
-            double height = height_over(plane, item->corner[k]);
-            low = fmin(low, height);
-            high = fmax(high, height);
-        }
-    }
-    return around->from_round || (low < -STEP && high > STEP);
-}
-
-static bool is_even(const struct around *around)
-{
     for (uint32_t i = 0; i < around->count; i++)
-        if (around->item[i].slope >= LEVEL && around->item[i].slope < EVEN)
-            return false;
-    return !around->from_round;
+        if (around->item[i].bears)
+            add_heights(&around->item[i], plane, &low, &high);
+    return around->round || (low < -STEP && high > STEP);
 }
 
 /* The same plane as one that is kept already: tiles of a wall. */
 static bool is_kept(const pm_between *between, const struct pm_between_plane *plane)
 {
-    for (uint32_t i = 0; i < between->count; i++) {
+    for (uint32_t i = 0; i < between->planes; i++) {
         const struct pm_between_plane *kept = &between->plane[i];
         double sign = pm_vec3_dot(kept->normal, plane->normal) < 0 ? -1 : 1;
         pm_vec3 off = pm_vec3_madd(kept->normal, -sign, plane->normal);
@@ -305,16 +376,27 @@ static bool is_kept(const pm_between *between, const struct pm_between_plane *pl
 
 static void keep_planes(const struct around *around, pm_between *out)
 {
-    bool even = is_even(around);
-    for (uint32_t i = 0; i < around->count && !out->unknown; i++) {
+    for (uint32_t i = 0; i < around->count; i++) {
         const struct item *item = &around->item[i];
-        if (item->itself || (even && item->slope > STEEP) ||
+        if (item->itself || (around->even && item->slope > STEEP) ||
+            is_aside(around, item->low, item->high) ||
             !parts(around, out->center, &item->plane) || is_kept(out, &item->plane))
             continue;
-        if (out->count == PM_BETWEEN_MAX)
+        if (out->planes == PM_BETWEEN_PLANES) {
             out->unknown = true;
-        else
-            out->plane[out->count++] = item->plane;
+            return;
+        }
+        out->plane[out->planes++] = item->plane;
+    }
+}
+
+static void keep_balls(const struct around *around, pm_vec3 up, pm_between *out)
+{
+    for (uint32_t i = 0; i < around->balls; i++) {
+        const struct pm_between_ball *ball = &around->ball[i];
+        double height = pm_vec3_dot(pm_vec3_sub(ball->center, out->center), up);
+        if (!is_aside(around, height - ball->radius, height + ball->radius))
+            out->ball[out->balls++] = *ball;
     }
 }
 
@@ -322,10 +404,11 @@ void pm_world_between(const pm_world *world, pm_vec3 point, pm_vec3 normal, doub
                       uint32_t from, pm_between *out)
 {
     struct around around;
-    around.count = 0;
-    around.unknown = around.from_round = false;
+    around.world = world;
+    around.count = around.balls = 0;
+    around.unknown = around.round = false;
     out->unknown = false;
-    out->count = 0;
+    out->planes = out->balls = 0;
     out->center = point;
     out->radius = radius;
     if (world->main->count == 0)
@@ -334,22 +417,42 @@ void pm_world_between(const pm_world *world, pm_vec3 point, pm_vec3 normal, doub
     ball.ask = leaf_around;
     ball.around = &around;
     out->unknown = walk(&ball);
+    if (out->unknown)
+        return;
+    find_evenness(&around);
+    find_bearers(&around, &ball);
     keep_planes(&around, out);
+    keep_balls(&around, normal, out);
+}
+
+static bool plane_is_clear(const struct pm_between_plane *plane, pm_vec3 a, pm_vec3 b)
+{
+    double margin = plane->slack + MARGIN;
+    double height = height_over(plane, a), other = height_over(plane, b);
+    return fmin(height, other) > margin || fmax(height, other) < -margin;
+}
+
+/* Whether both places are inside, or the line between them passes by. */
+static bool ball_is_clear(const struct pm_between_ball *ball, pm_vec3 a, pm_vec3 b)
+{
+    pm_vec3 way = pm_vec3_sub(b, a), to = pm_vec3_sub(ball->center, a);
+    double length2 = pm_vec3_dot(way, way);
+    double share = length2 > 0 ? fmin(fmax(pm_vec3_dot(to, way) / length2, 0), 1) : 0;
+    if (pm_vec3_length(pm_vec3_madd(to, -share, way)) > ball->radius + MARGIN)
+        return true;
+    return pm_vec3_length(to) < ball->radius - MARGIN &&
+           pm_vec3_distance(ball->center, b) < ball->radius - MARGIN;
 }
 
 bool pm_between_clear(const pm_between *between, pm_vec3 a, pm_vec3 b)
 {
     const double reach = between->radius + RAISED;
     pm_vec3 from_a = pm_vec3_sub(a, between->center), from_b = pm_vec3_sub(b, between->center);
-    if (between->unknown || !(pm_vec3_dot(from_a, from_a) <= reach * reach) ||
-        !(pm_vec3_dot(from_b, from_b) <= reach * reach))
-        return false;
-    for (uint32_t i = 0; i < between->count; i++) {
-        const struct pm_between_plane *plane = &between->plane[i];
-        double margin = plane->slack + 0x1p-36;
-        double height = height_over(plane, a), other = height_over(plane, b);
-        if (!(fmin(height, other) > margin || fmax(height, other) < -margin))
-            return false;
-    }
-    return true;
+    bool clear = !between->unknown && pm_vec3_dot(from_a, from_a) <= reach * reach &&
+                 pm_vec3_dot(from_b, from_b) <= reach * reach;
+    for (uint32_t i = 0; clear && i < between->planes; i++)
+        clear = plane_is_clear(&between->plane[i], a, b);
+    for (uint32_t i = 0; clear && i < between->balls; i++)
+        clear = ball_is_clear(&between->ball[i], a, b);
+    return clear;
 }
