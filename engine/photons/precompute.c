@@ -202,12 +202,29 @@ pm_estimate pm_precomputed_estimate(const pm_photon_map *map, const pm_photon *p
     };
 }
 
+void pm_photon_map_precomputed_batch(const pm_photon_map *map, const pm_photon_query *queries,
+                                     size_t count, pm_estimate *out)
+{
+    enum { AT_ONCE = 256 };
+    size_t index[AT_ONCE];
+    for (size_t first = 0; first < count; first += AT_ONCE) {
+        size_t some = count - first < AT_ONCE ? count - first : AT_ONCE;
+        pm_photon_map_closest_batch(map, queries + first, some, index);
+        for (size_t i = 0; i < some; i++) {
+            pm_photon photon;
+            out[first + i] = (pm_estimate){.count = 0};
+            if (index[i] == SIZE_MAX)
+                continue;
+            pm_photon_map_photon(map, index[i], &photon);
+            out[first + i] = pm_precomputed_estimate(map, &photon);
+        }
+    }
+}
+
 pm_estimate pm_photon_map_precomputed(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal)
 {
-    size_t index;
-    pm_photon photon;
-    if (!pm_photon_map_closest(map, point, normal, INFINITY, &index))
-        return (pm_estimate){.count = 0};
-    pm_photon_map_photon(map, index, &photon);
-    return pm_precomputed_estimate(map, &photon);
+    const pm_photon_query query = {.point = point, .normal = normal, .radius = INFINITY};
+    pm_estimate out;
+    pm_photon_map_precomputed_batch(map, &query, 1, &out);
+    return out;
 }

@@ -50,6 +50,10 @@ void pm_precompute_header(pm_map_header *header, const pm_precompute *how);
 /* The irradiance of the closest photon that counts at the point (photon_map.h); zeros if there
  * is none. */
 pm_estimate pm_photon_map_precomputed(const pm_photon_map *map, pm_vec3 point, pm_vec3 normal);
+/* The same at many points, each within its query's radius: the very bytes of one call each.
+ * Test: batches_of_precomputed_look_ups_have_the_bytes_of_single_ones. */
+void pm_photon_map_precomputed_batch(const pm_photon_map *map, const pm_photon_query *queries,
+                                     size_t count, pm_estimate *out);
 
 /* That of a photon of such a map. `count` is that of photons whose irradiance is as disjoint
  * from others as this. The radius is 0: nothing is left to correct at edges. */

@@ -61,6 +61,32 @@ static void precomputed_is_the_estimate_at_the_same_points(void **state)
     }
 }
 
+static void batches_of_precomputed_look_ups_have_the_bytes_of_single_ones(void **state)
+{
+    (void)state;
+    enum { QUERIES = 1000 };
+    pm_photon_map *global = field_map(field_room, 1, 20000);
+    pm_photon_map *map = precompute(global, 50, .1, NULL);
+    pm_photon_query queries[QUERIES];
+    pm_estimate out[QUERIES];
+    for (size_t i = 0; i < QUERIES; i++) {
+        pm_photon photon;
+        pm_photon_map_photon(global, 20 * i, &photon);
+        queries[i] = (pm_photon_query){.point = pm_photon_position(&photon),
+                                       .normal = pm_photon_normal(&photon),
+                                       .radius = i % 50 ? INFINITY : 0x1p-30};
+    }
+    pm_photon_map_precomputed_batch(map, queries, QUERIES, out);
+    for (size_t i = 0; i < QUERIES; i++) {
+        pm_estimate one = pm_photon_map_precomputed(map, queries[i].point, queries[i].normal);
+        if (i % 50 || out[i].count)
+            assert_memory_equal(&one.irradiance, &out[i].irradiance, sizeof one.irradiance);
+        assert_true(i % 50 == 0 || out[i].count == one.count);
+    }
+    pm_photon_map_free(map);
+    pm_photon_map_free(global);
+}
+
 static bool same_place(const pm_photon *a, const pm_photon *b)
 {
     return !memcmp(a->position, b->position, sizeof a->position);
@@ -252,6 +278,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(precomputed_is_the_estimate_at_the_same_points),
+        cmocka_unit_test(batches_of_precomputed_look_ups_have_the_bytes_of_single_ones),
         cmocka_unit_test(each_stretch_keeps_one),
         cmocka_unit_test(precomputed_bytes_do_not_depend_on_threads),
         cmocka_unit_test(files_of_precomputed_maps_give_them_back),
