@@ -215,7 +215,7 @@ static void topped_up_maps_are_those_made_at_once(void **state)
     const char *small =
                    "{\"kind\": \"map\", \"scene\": \"%s\", \"caustic\": {\"count\": 5000}}",
                *large =
-                   "{\"kind\": \"map\", \"scene\": \"%s\", \"caustic\": {\"count\": 50000}}";
+                   "{\"kind\": \"map\", \"scene\": \"%s\", \"caustic\": {\"count\": 150000}}";
     pm_json *first = run(server, small, scene), *topped = run(server, large, scene);
     pm_json *few = run_sequence(server, scene, 2), *more = run_sequence(server, scene, 5);
     assert_string_equal(pm_json_get_text(topped, "cache", ""), "extended");
