@@ -10,10 +10,12 @@
  *   lanes_power    2^(p[i] + bias - 127), or 0 if that is 2^-127 or less
  *   lanes_pack     writes the lanes of a set one behind the other, then others up to 16;
  *                  returns how many
+ *   lanes_add_square_if  adds v^2, which is exact
  *   lanes_quarter  (v[i] + v[i + 8]) + (v[i + 4] + v[i + 12])
  */
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "photons/search.h"
@@ -69,31 +71,68 @@ static inline void find_plane(pm_ready *r, const pm_normals *n)
     }
 }
 
-static inline void prepare_normals(pm_list *list, size_t i)
+/* Axes of the plane across axis a - 1. */
+static const int plane_axes[4][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 1}};
+
+/* What is known of the normals of the list's last block with a single one. */
+typedef struct single {
+    unsigned code; /* PM_NORMAL_MIXED: there was none */
+    way normal;
+} single;
+
+static inline way block_normals(const pm_ready *r, single *last)
 {
-    pm_ready *r = &list->ready[i];
-    pm_normals *normals = &list->normals[i];
-    r->axis = 0;
-    if (i && r->code == r[-1].code && r->code != PM_NORMAL_MIXED) {
-        for (int a = 0; a < 3; a++)
-            normals->axis[a][0] = normals[-1].axis[a][0];
-    } else {
-        way n = decode_normals(r->block->normal);
-        lanes_store(normals->axis[0], n.x);
-        lanes_store(normals->axis[1], n.y);
-        lanes_store(normals->axis[2], n.z);
-    }
+    if (r->code != PM_NORMAL_MIXED && r->code == last->code)
+        return last->normal;
+    way n = decode_normals(r->block->normal);
+    if (r->code != PM_NORMAL_MIXED)
+        *last = (single){r->code, n};
+    return n;
+}
+
+/* True if all lanes in use either lie exactly in the plane of all points and have their normal,
+ * and are found whenever they are near enough, or face elsewhere and never are: `there` is left
+ * with the first. */
+static inline bool lies_flat(pm_ready *r, const pm_group *g, const pm_list *list, way n)
+{
+    if (!list->plane || r->wide)
+        return false;
+    const lanes normals[3] = {n.x, n.y, n.z}, zero = lanes_all(0);
+    int a = abs(list->plane) - 1;
+    lanes along = lanes_mul(normals[a], lanes_all(list->plane > 0 ? 1 : -1));
+    lanes height = lanes_way(r->block->position[a], (int32_t)g->searches[0].point[a]);
+    unsigned facing = lanes_bits(lanes_le(lanes_all(PM_NORMAL_COSINE), along));
+    unsigned found = lanes_bits(
+        lanes_both(lanes_le(lanes_all(1), along), lanes_le(lanes_abs(height), zero)));
+    if (r->there & facing & ~found)
+        return false;
+    r->there &= (uint16_t)found;
+    const int *axes = plane_axes[a + 1];
+    memcpy(r->along[0], r->block->position[axes[0]], sizeof r->along[0]);
+    memcpy(r->along[1], r->block->position[axes[1]], sizeof r->along[1]);
+    return true;
+}
+
+static inline void prepare_normals(pm_ready *r, pm_normals *normals, way n)
+{
+    lanes_store(normals->axis[0], n.x);
+    lanes_store(normals->axis[1], n.y);
+    lanes_store(normals->axis[2], n.z);
     if (r->code != PM_NORMAL_MIXED && !r->wide)
         find_plane(r, normals);
 }
+
+/* Smaller fluxes count as none: so squares, of 10 bits, are exact and need no rounding of their
+ * own before they are added. */
+#define LEAST_UNIT 0x1p-74F
 
 static inline void prepare_fluxes(pm_ready *r, int bias)
 {
     const pm_photon_block *b = r->block;
     lanes unit = lanes_power(b->exponent, bias);
-    for (unsigned c = 0; c < 3; c++) {
+    unit = lanes_choose(lanes_lt(unit, lanes_all(LEAST_UNIT)), lanes_all(0), unit);
+    for (unsigned c = 0; c < 3; c++)
         lanes_store(r->flux[c], lanes_mul(lanes_field(b->flux, 10 * c, 0x3FF), unit));
-    }
 }
 
 static inline unsigned lanes_there(const pm_ready *r, const pm_search *s)
@@ -118,18 +157,43 @@ static inline bool in_plane_of_all(const pm_ready *r, const pm_group *g)
            r->plane - g->point_low[a] <= (double)PM_TANGENT_SLACK;
 }
 
+/* The axis across which all points lie in exactly one plane, as of a search. */
+static inline int plane_of_all(const pm_group *g)
+{
+    int a = abs(g->axis) - 1;
+    const pm_search *s = &g->searches[0];
+    bool one = g->axis && s->surface && g->point_low[a] == g->point_high[a] &&
+               s->point[a] >= INT32_MIN && s->point[a] <= INT32_MAX;
+    return one ? g->axis : 0;
+}
+
+static inline enum pm_test prepare_surface(const pm_group *group, pm_list *list, size_t i,
+                                           single *last)
+{
+    pm_ready *r = &list->ready[i];
+    way n = block_normals(r, last);
+    r->axis = 0;
+    if (lies_flat(r, group, list, n))
+        return PM_TEST_FLAT;
+    prepare_normals(r, &list->normals[i], n);
+    return in_plane_of_all(r, group) ? PM_TEST_DISTANCE : PM_TEST_ALL;
+}
+
 static void prepare(const pm_group *group, pm_list *list)
 {
     const pm_search *s = &group->searches[0];
+    single last = {.code = PM_NORMAL_MIXED};
+    list->plane = plane_of_all(group);
     for (size_t i = 0; i < list->count; i++) {
         pm_ready *r = &list->ready[i];
         r->there = (uint16_t)lanes_there(r, s);
         if (group->fluxes)
             prepare_fluxes(r, 127 - s->map->exponent);
-        if (s->surface)
-            prepare_normals(list, i);
-        r->simple =
-            !r->wide && r->there == 0xFFFF && (!s->surface || in_plane_of_all(r, group));
+        r->test = s->surface ? prepare_surface(group, list, i, &last) : PM_TEST_DISTANCE;
+        if (r->test == PM_TEST_DISTANCE && (r->wide || r->there != 0xFFFF))
+            r->test = PM_TEST_ALL;
+        if (!r->there) /* near to no point */
+            list->low[0][i] = INFINITY;
     }
 }
 
@@ -188,12 +252,14 @@ static inline uint64_t stretch_near(const pm_list *list, size_t first, const pm_
 struct target {
     lanes bound, reach2;
     int32_t point[3];
+    int32_t along[2]; /* in the plane of all points */
 };
 
 /* reach2 is a squared distance within which the boxes of all photons within the bound lie:
  * offsets are rounded. */
-static inline struct target aim(const pm_search *s)
+static inline struct target aim(const pm_list *list, const pm_search *s)
 {
+    const int *axes = plane_axes[abs(list->plane)];
     float far = fabsf(s->offset[0]) + fabsf(s->offset[1]) + fabsf(s->offset[2]);
     float reach = s->reach + far * 0x1p-21F;
     return (struct target){
@@ -201,6 +267,7 @@ static inline struct target aim(const pm_search *s)
         lanes_all(reach * reach * (1 + 0x1p-20F)),
         {(int32_t)(uint32_t)s->point[0], (int32_t)(uint32_t)s->point[1],
          (int32_t)(uint32_t)s->point[2]},
+        {(int32_t)(uint32_t)s->point[axes[0]], (int32_t)(uint32_t)s->point[axes[1]]},
     };
 }
 
@@ -279,6 +346,14 @@ static inline lane_set on_surface(const pm_ready *r, const pm_normals *normals, 
     return in_plane(d, same_way(s->known_mean), distance2);
 }
 
+/* What dot gives where the third difference is 0. */
+static inline lanes flat_distance2(const pm_ready *r, const struct target *t)
+{
+    lanes u = lanes_way(r->along[0], t->along[0]);
+    lanes v = lanes_way(r->along[1], t->along[1]);
+    return lanes_add(lanes_mul(u, u), lanes_mul(v, v));
+}
+
 static lane_set test_carefully(const pm_list *list, size_t i, pm_search *s,
                                const struct target *t, lanes *distance2)
 {
@@ -298,7 +373,11 @@ static inline __attribute__((always_inline)) lane_set test_block(const pm_list *
                                                                  lanes *distance2)
 {
     const pm_ready *r = &list->ready[i];
-    if (!r->simple)
+    if (r->test == PM_TEST_FLAT) {
+        *distance2 = flat_distance2(r, t);
+        return lanes_le_in(lanes_set_of(r->there), *distance2, t->bound);
+    }
+    if (r->test == PM_TEST_ALL)
         return test_carefully(list, i, s, t, distance2);
     way d = way_to(r->block, t->point);
     *distance2 = dot(d, d);
@@ -328,9 +407,9 @@ static inline void add_block(parts *v, lane_set found, const pm_ready *r)
     v->r = lanes_add_if(found, v->r, red);
     v->g = lanes_add_if(found, v->g, green);
     v->b = lanes_add_if(found, v->b, blue);
-    v->rr = lanes_add_if(found, v->rr, lanes_mul(red, red));
-    v->gg = lanes_add_if(found, v->gg, lanes_mul(green, green));
-    v->bb = lanes_add_if(found, v->bb, lanes_mul(blue, blue));
+    v->rr = lanes_add_square_if(found, v->rr, red);
+    v->gg = lanes_add_square_if(found, v->gg, green);
+    v->bb = lanes_add_square_if(found, v->bb, blue);
 }
 
 /* Sums over i of what lanes_quarter gives, of three. */
@@ -371,7 +450,7 @@ static inline void store_parts(const parts *v, pm_sums *sums)
 
 static void sum_list(const pm_list *list, pm_search *s, pm_sums *sums)
 {
-    const struct target t = aim(s);
+    const struct target t = aim(list, s);
     uint32_t count = sums->count, blocks = sums->blocks;
     parts v = sums->begun ? load_parts(sums) : no_parts();
     for (size_t first = 0; first < list->count; first += STRETCH) {
@@ -403,7 +482,7 @@ static void sum_list(const pm_list *list, pm_search *s, pm_sums *sums)
 
 static size_t collect_list(const pm_list *list, pm_search *s, float *out)
 {
-    const struct target t = aim(s);
+    const struct target t = aim(list, s);
     size_t count = 0;
     for (size_t first = 0; first < list->count; first += STRETCH) {
         uint64_t near = stretch_near(list, first, s, t.reach2);
@@ -419,7 +498,7 @@ static size_t collect_list(const pm_list *list, pm_search *s, float *out)
 
 static size_t find_in_list(const pm_list *list, pm_search *s, pm_found *out)
 {
-    const struct target t = aim(s);
+    const struct target t = aim(list, s);
     size_t count = 0;
     for (size_t first = 0; first < list->count; first += STRETCH) {
         uint64_t near = stretch_near(list, first, s, t.reach2);
@@ -450,7 +529,7 @@ static void closest_in_list(const pm_list *list, pm_search *s, pm_closest *out)
 {
     lanes least = lanes_load(out->distance2), index = lanes_load(out->index);
     for (size_t first = 0; first < list->count; first += PM_BLOCK_SIZE) {
-        const struct target t = aim(s);
+        const struct target t = aim(list, s);
         size_t left = list->count - first;
         unsigned near = boxes_near(list, first, s, t.reach2);
         near = left < PM_BLOCK_SIZE ? near & ((1U << left) - 1) : near;

@@ -152,6 +152,11 @@ static inline lane_set lanes_both(lane_set a, lane_set b)
     return (lanes){_mm256_and_ps(a.a, b.a), _mm256_and_ps(a.b, b.b)};
 }
 
+static inline lane_set lanes_le_in(lane_set set, lanes a, lanes b)
+{
+    return lanes_both(set, lanes_le(a, b));
+}
+
 static inline unsigned lanes_bits(lane_set set)
 {
     return (unsigned)_mm256_movemask_ps(set.a) | (unsigned)_mm256_movemask_ps(set.b) << 8;
@@ -172,6 +177,11 @@ static inline lane_set lanes_set_of(unsigned bits)
 static inline lanes lanes_add_if(lane_set set, lanes sum, lanes v)
 {
     return lanes_add(sum, lanes_both(set, v));
+}
+
+static inline lanes lanes_add_square_if(lane_set set, lanes sum, lanes v)
+{
+    return lanes_add_if(set, sum, lanes_mul(v, v));
 }
 
 static inline lanes lanes_choose(lane_set set, lanes yes, lanes no)

@@ -118,6 +118,11 @@ static inline lane_set lanes_both(lane_set a, lane_set b)
     return (lane_set)(a & b);
 }
 
+static inline lane_set lanes_le_in(lane_set set, lanes a, lanes b)
+{
+    return _mm512_mask_cmp_ps_mask(set, a, b, _CMP_LE_OQ);
+}
+
 static inline unsigned lanes_bits(lane_set set)
 {
     return set;
@@ -131,6 +136,11 @@ static inline lane_set lanes_set_of(unsigned bits)
 static inline lanes lanes_add_if(lane_set set, lanes sum, lanes v)
 {
     return _mm512_mask_add_ps(sum, set, sum, v);
+}
+
+static inline lanes lanes_add_square_if(lane_set set, lanes sum, lanes v)
+{
+    return _mm512_mask3_fmadd_ps(v, v, sum, set);
 }
 
 static inline lanes lanes_choose(lane_set set, lanes yes, lanes no)

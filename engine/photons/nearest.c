@@ -1,4 +1,5 @@
 #include <assert.h>
+#include <emmintrin.h>
 #include <math.h>
 #include <string.h>
 
@@ -49,7 +50,7 @@ static void visit(struct job *job, pm_take_list *take)
         take(job, NULL, &job->work->list);
         return;
     }
-    pm_group alone = pm_group_make(job->search, 1);
+    pm_group alone = pm_group_make(job->search, 1, 0);
     pm_group_walk(&alone, &job->work->list, take, job);
 }
 
@@ -121,7 +122,7 @@ static double search_alone(struct job *job, double first, double most)
     for (double bound = first;;) {
         bound = fmin(bound, most);
         pm_search_set_bound(s, bound);
-        pm_group alone = pm_group_make(s, 1);
+        pm_group alone = pm_group_make(s, 1, 0);
         job->listed = ready_list(&alone, &job->work->list);
         double next2 = next_distance2(job);
         if (isfinite(next2))
@@ -256,7 +257,7 @@ static size_t sum_group(pm_search *searches, size_t many, uint32_t wanted,
         most[i] = fmin(searches[i].bound, whole_map(&searches[i]));
         pm_search_set_bound(&searches[i], fmin(first, most[i]));
     }
-    pm_group group = pm_group_make(searches, count);
+    pm_group group = pm_group_make(searches, count, PM_SPREAD);
     bool listed = ready_list(&group, &work->list);
     for (size_t i = 0; i < group.count; i++) {
         struct job job = start_job(&searches[i], wanted, work);
@@ -318,20 +319,35 @@ static void start_closest(struct closest *c, pm_search *s)
     }
 }
 
+static __m128 least_of(const float v[PM_BLOCK_SIZE])
+{
+    __m128 a = _mm_min_ps(_mm_load_ps(v), _mm_load_ps(v + 4));
+    __m128 b = _mm_min_ps(_mm_load_ps(v + 8), _mm_load_ps(v + 12));
+    a = _mm_min_ps(a, b);
+    a = _mm_min_ps(a, _mm_movehl_ps(a, a));
+    a = _mm_min_ss(a, _mm_shuffle_ps(a, a, 1));
+    return _mm_shuffle_ps(a, a, 0);
+}
+
 static size_t best_index(const pm_closest *best, double *distance2)
 {
-    size_t index = SIZE_MAX;
-    float least = INFINITY;
-    for (unsigned i = 0; i < PM_BLOCK_SIZE; i++) {
-        uint32_t block;
-        memcpy(&block, &best->index[i], sizeof block);
-        size_t here = (size_t)block * PM_BLOCK_SIZE + i;
-        if (best->distance2[i] < least || (best->distance2[i] == least && here < index)) {
-            index = isinf(best->distance2[i]) ? index : here;
-            least = best->distance2[i];
-        }
+    __m128 least = least_of(best->distance2);
+    *distance2 = (double)_mm_cvtss_f32(least);
+    if (isinf(*distance2))
+        return SIZE_MAX;
+    unsigned lanes = 0;
+    for (unsigned i = 0; i < PM_BLOCK_SIZE; i += 4) {
+        __m128 same = _mm_cmpeq_ps(_mm_load_ps(best->distance2 + i), least);
+        lanes |= (unsigned)_mm_movemask_ps(same) << i;
     }
-    *distance2 = (double)least;
+    size_t index = SIZE_MAX;
+    for (; lanes; lanes &= lanes - 1) {
+        unsigned lane = (unsigned)__builtin_ctz(lanes);
+        uint32_t block;
+        memcpy(&block, &best->index[lane], sizeof block);
+        size_t here = (size_t)block * PM_BLOCK_SIZE + lane;
+        index = here < index ? here : index;
+    }
     return index;
 }
 
@@ -343,7 +359,7 @@ static size_t closest_alone(pm_search *s, double first, double most, pm_list *li
         start_closest(&c, s);
         bound = fmin(bound, most);
         pm_search_set_bound(s, bound);
-        pm_group alone = pm_group_make(s, 1);
+        pm_group alone = pm_group_make(s, 1, 0);
         alone.fluxes = false;
         pm_group_walk(&alone, list, take_closest, &c);
         size_t index = best_index(&c.best, distance2);
@@ -363,7 +379,7 @@ static size_t closest_group(pm_search *searches, size_t many, pm_guess *guess, p
         most[i] = fmin(searches[i].bound, whole_map(&searches[i]));
         pm_search_set_bound(&searches[i], fmin(first, most[i]));
     }
-    pm_group group = pm_group_make(searches, count);
+    pm_group group = pm_group_make(searches, count, PM_SPREAD_CLOSEST);
     group.fluxes = false;
     bool listed = ready_list(&group, list);
     double distance2[PM_GROUP_MAX];

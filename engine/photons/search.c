@@ -85,9 +85,6 @@ double pm_search_bound(double radius)
 
 /* ---- groups ---- */
 
-/* A group's box may be wider than one search's by this many radii. */
-#define SPREAD 6.0
-
 static void add_search(pm_group *g, const pm_search *s, double radius)
 {
     for (int a = 0; a < 3; a++) {
@@ -103,7 +100,7 @@ static void add_search(pm_group *g, const pm_search *s, double radius)
 }
 
 /* Whether walking along is worth it. */
-static bool fits(const pm_group *g, const pm_search *s, double radius)
+static bool fits(const pm_group *g, const pm_search *s, double radius, double spread)
 {
     const pm_search *first = &g->searches[0];
     if (s->content[0] != first->content[0] || s->filter != first->filter)
@@ -112,13 +109,13 @@ static bool fits(const pm_group *g, const pm_search *s, double radius)
     for (int a = 0; a < 3; a++) {
         double p = (double)s->point[a];
         double low = least(g->low[a], p - radius), high = most(g->high[a], p + radius);
-        if (!(high - low <= (2 + SPREAD) * radius_least))
+        if (!(high - low <= (2 + spread) * radius_least))
             return false;
     }
     return true;
 }
 
-pm_group pm_group_make(pm_search *searches, size_t count)
+pm_group pm_group_make(pm_search *searches, size_t count, double spread)
 {
     pm_group g = {.searches = searches,
                   .axis = searches[0].axis,
@@ -131,7 +128,7 @@ pm_group pm_group_make(pm_search *searches, size_t count)
     while (g.count < count && g.count < PM_GROUP_MAX) {
         const pm_search *s = &searches[g.count];
         double radius = (double)s->reach;
-        if (g.count && !fits(&g, s, radius))
+        if (g.count && !fits(&g, s, radius, spread))
             break;
         add_search(&g, s, radius);
     }
@@ -148,15 +145,25 @@ struct walk {
     bool overflow;
 };
 
-/* Children whose box meets [from, to] along one axis, in steps. */
-static __m128i children_meet(const pm_node *node, int axis, float from, float to)
+/* (p[a] - origin[a]) * steps_per_unit of a node, of three axes. The last lane is of no use. */
+static __m128 steps_above(const double p[3], const pm_node *node)
 {
-    __m128i low = _mm_loadu_si128((const __m128i *)(const void *)node->low[axis]);
-    __m128i high = _mm_loadu_si128((const __m128i *)(const void *)node->high[axis]);
-    __m128i first = _mm_set1_epi8((char)(int)(from > 0 ? from : 0));
-    __m128i last = _mm_set1_epi8((char)(int)(to < PM_NODE_STEPS ? to : PM_NODE_STEPS - 1));
-    return _mm_and_si128(_mm_cmpeq_epi8(_mm_min_epu8(low, last), low),
-                         _mm_cmpeq_epi8(_mm_max_epu8(high, first), high));
+    __m128i origin = _mm_loadu_si128((const __m128i *)(const void *)node->origin);
+    __m128d xy = _mm_sub_pd(_mm_loadu_pd(p), _mm_cvtepi32_pd(origin));
+    __m128d z =
+        _mm_sub_sd(_mm_load_sd(p + 2), _mm_cvtepi32_pd(_mm_unpackhi_epi64(origin, origin)));
+    __m128 steps = _mm_movelh_ps(_mm_cvtpd_ps(xy), _mm_cvtpd_ps(z));
+    return _mm_mul_ps(steps, _mm_set1_ps(node->steps_per_unit));
+}
+
+static __m128i bytes_of(const uint8_t bytes[PM_NODE_CHILDREN])
+{
+    return _mm_loadu_si128((const __m128i *)(const void *)bytes);
+}
+
+static __m128i all_bytes(int32_t value)
+{
+    return _mm_set1_epi8((char)value);
 }
 
 /* Children of the node that may hold photons within a bound of the group: those that hold what
@@ -164,14 +171,23 @@ static __m128i children_meet(const pm_node *node, int axis, float from, float to
 static unsigned node_mask(const pm_node *node, const pm_group *g)
 {
     /* Of all this only the conversion to float rounds, by less than 2^-15 steps below 2^8. */
-    const float slack = 0x1p-15F;
+    const __m128 slack = _mm_set1_ps(0x1p-15F), zero = _mm_setzero_ps();
+    __m128 from = _mm_sub_ps(steps_above(g->low, node), slack);
+    __m128 to = _mm_add_ps(steps_above(g->high, node), slack);
+    __m128 off =
+        _mm_or_ps(_mm_cmplt_ps(to, zero), _mm_cmpge_ps(from, _mm_set1_ps(PM_NODE_STEPS)));
+    if (_mm_movemask_ps(off) & 7)
+        return 0;
+    _Alignas(16) int32_t first[4], last[4];
+    to = _mm_min_ps(to, _mm_set1_ps(PM_NODE_STEPS - 1));
+    _mm_store_si128((__m128i *)(void *)first, _mm_cvttps_epi32(_mm_max_ps(from, zero)));
+    _mm_store_si128((__m128i *)(void *)last, _mm_cvttps_epi32(to));
     __m128i meet = _mm_set1_epi8(-1);
     for (int a = 0; a < 3; a++) {
-        float from = (float)(g->low[a] - node->origin[a]) * node->steps_per_unit - slack;
-        float to = (float)(g->high[a] - node->origin[a]) * node->steps_per_unit + slack;
-        if (to < 0 || from >= PM_NODE_STEPS)
-            return 0;
-        meet = _mm_and_si128(meet, children_meet(node, a, from, to));
+        __m128i low = bytes_of(node->low[a]), high = bytes_of(node->high[a]);
+        meet = _mm_and_si128(meet, _mm_cmpeq_epi8(_mm_min_epu8(low, all_bytes(last[a])), low));
+        meet =
+            _mm_and_si128(meet, _mm_cmpeq_epi8(_mm_max_epu8(high, all_bytes(first[a])), high));
     }
     const pm_search *s = &g->searches[0];
     return (unsigned)_mm_movemask_epi8(meet) & node->holds[s->content[0]] &

@@ -81,19 +81,33 @@ static inline float pm_node_step(const pm_node *node)
     return step;
 }
 
-/* Takes as many of the searches as are worth walking together: at least the first. */
-pm_group pm_group_make(pm_search *searches, size_t count);
+/* Takes as many of the searches as are worth walking together, at least the first: the group's
+ * box may be wider than one search's by `spread` radii. */
+pm_group pm_group_make(pm_search *searches, size_t count, double spread);
+
+/* Measured; only speed depends on them. What is looked for in smaller balls is walked to
+ * farther, for what is found. */
+#define PM_SPREAD         6.0
+#define PM_SPREAD_CLOSEST 16.0
+
+/* What is to be tested of a block's photons. */
+enum pm_test {
+    PM_TEST_ALL,
+    PM_TEST_DISTANCE, /* as all pass the rest */
+    PM_TEST_FLAT,     /* the distance along the plane, of the lanes that are there */
+};
 
 /* A block made ready for many searches. */
 typedef struct pm_ready {
     _Alignas(64) float flux[3][PM_BLOCK_SIZE]; /* in units of the map's greatest exponent */
+    int32_t along[2][PM_BLOCK_SIZE];           /* positions in the plane, for PM_TEST_FLAT */
     const pm_photon_block *block;
     uint32_t index;
     uint16_t there; /* lanes with a photon that the filter takes */
     uint16_t code;  /* of all normals, or PM_NORMAL_MIXED */
     bool wide;      /* differences of positions may not fit 32 bits */
-    bool simple;    /* distance is all that is to be tested */
-    int axis;       /* as of a search; all photons lie in one plane across it, at: */
+    enum pm_test test;
+    int axis; /* as of a search; all photons lie in one plane across it, at: */
     int32_t plane;
 } pm_ready;
 
@@ -105,6 +119,7 @@ typedef struct pm_normals {
 typedef struct pm_list {
     size_t count;
     bool last; /* no other list follows */
+    int plane; /* all points lie in one plane across this axis, as of a search; or 0 */
     /* their boxes, from the first point of the group; with room for a vector more */
     _Alignas(64) float low[3][PM_LIST_MAX + PM_BLOCK_SIZE];
     float high[3][PM_LIST_MAX + PM_BLOCK_SIZE];

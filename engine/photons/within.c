@@ -113,7 +113,7 @@ void pm_sum_within(pm_search *searches, size_t count, const pm_photon_weight *co
     struct stage stages[2], *before = NULL;
     for (size_t i = 0; i < count;) {
         struct stage *stage = before == &stages[0] ? &stages[1] : &stages[0];
-        stage->group = pm_group_make(searches + i, count - i);
+        stage->group = pm_group_make(searches + i, count - i, PM_SPREAD);
         stage->weights = weights + i;
         stage->out = out + i;
         stage->listed = pm_group_list(&stage->group, &stage->list);

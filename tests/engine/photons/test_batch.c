@@ -138,6 +138,38 @@ static void instruction_sets_give_the_same_bytes(void **state)
     each_field(check_kernels);
 }
 
+/* A room of which one half is 2^-30 to 2^-89 times as bright: the squares of some fluxes are
+ * too small for a float. Points lie exactly in the walls, of each three one a grid unit off:
+ * single ones are in a plane, groups of them are not. */
+static void points_in_planes_have_the_same_bytes(void **state)
+{
+    (void)state;
+    pm_photon *photons = field_photons(field_room, 5, PHOTONS);
+    for (size_t i = 0; i < PHOTONS; i++)
+        if (photons[i].position[0] < UINT32_C(1) << 31)
+            photons[i].exponent = (uint8_t)(photons[i].exponent - 30 - i % 60);
+    pm_photon_map *map = field_map_of(photons, PHOTONS);
+    pm_photon_query *queries = malloc(QUERIES * sizeof *queries);
+    struct answers *a = malloc(sizeof *a), *b = malloc(sizeof *b);
+    assert_true(queries && a && b);
+    for (unsigned off = 0; off < 2; off++) {
+        for (size_t i = 0; i < QUERIES; i++) {
+            pm_photon photon;
+            pm_photon_map_photon(map, i * PHOTONS / QUERIES, &photon);
+            pm_vec3 n = pm_photon_normal(&photon), p = pm_photon_position(&photon);
+            p = pm_vec3_madd(p, off && i % 3 == 0 ? 0x1p-31 : 0, n);
+            queries[i] = (pm_photon_query){.point = p, .normal = n, .radius = .05};
+        }
+        check_steps(map, queries, PM_PHOTONS_ALL, a, b);
+        check_kernels(map, queries, PM_PHOTONS_ALL, a, b);
+    }
+    free(a);
+    free(b);
+    free(queries);
+    free(photons);
+    pm_photon_map_free(map);
+}
+
 /* Photons on both faces of a floor: those of the other one are
  * never counted, in whatever group. */
 static void batches_do_not_see_the_other_face(void **state)
@@ -176,6 +208,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(batches_have_the_bytes_of_single_calls),
         cmocka_unit_test(instruction_sets_give_the_same_bytes),
+        cmocka_unit_test(points_in_planes_have_the_same_bytes),
         cmocka_unit_test(batches_do_not_see_the_other_face),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
