@@ -138,16 +138,18 @@ static void instruction_sets_give_the_same_bytes(void **state)
     each_field(check_kernels);
 }
 
-/* A room of which one half is 2^-30 to 2^-89 times as bright: the squares of some fluxes are
- * too small for a float. Points lie exactly in the walls, of each three one a grid unit off:
- * single ones are in a plane, groups of them are not. */
+/* A room of which one half is so faint that squares of fluxes are too small for a float, with
+ * some photons before two of its walls. Points lie exactly in the walls, then each third one a
+ * grid unit off: alone they see flat blocks, in groups they do not. */
 static void points_in_planes_have_the_same_bytes(void **state)
 {
     (void)state;
     pm_photon *photons = field_photons(field_room, 5, PHOTONS);
-    for (size_t i = 0; i < PHOTONS; i++)
+    for (size_t i = 0; i < PHOTONS; i++) {
+        photons[i].position[1] += i % 8 ? 0 : UINT32_C(1) << 22;
         if (photons[i].position[0] < UINT32_C(1) << 31)
-            photons[i].exponent = (uint8_t)(photons[i].exponent - 30 - i % 60);
+            photons[i].exponent = (uint8_t)(photons[i].exponent - 84);
+    }
     pm_photon_map *map = field_map_of(photons, PHOTONS);
     pm_photon_query *queries = malloc(QUERIES * sizeof *queries);
     struct answers *a = malloc(sizeof *a), *b = malloc(sizeof *b);
