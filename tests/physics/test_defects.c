@@ -12,6 +12,8 @@ static const struct {
 } proofs[] = {
     {1, "volume radiance has no factor of the extinction too many",
      "tests/physics/test_media.c", "single_scattering_is_that_of_the_analytic_integral"},
+    {1, "along a spotlight's beam likewise", "tests/physics/test_spotlight.c",
+     "a_beam_seen_from_the_side_is_scattered_once"},
     {1, "nor has the map's estimate of a point", "tests/physics/test_defects.c",
      "defect_01_density_of_volume_photons"},
     {2, "free paths are drawn anew behind a boundary", "tests/physics/test_media.c",
@@ -30,6 +32,8 @@ static const struct {
      "defect_7_a_caustic_map_leaves_the_windows_light"},
     {8, "corners and edges are as bright as they are", "tests/physics/test_edges.c",
      "edges_and_corners_are_right_within_one_percent"},
+    {8, "within a room likewise", "tests/physics/test_corners.c",
+     "a_box_is_even_within_one_percent_up_to_its_corners"},
     {8, "no light beyond a wall", "tests/physics/test_edges.c",
      "nothing_comes_through_a_wall_without_thickness"},
     {9, "a map belongs to a scene, whatever its files' times", "tests/physics/test_pipeline.c",
