@@ -652,8 +652,11 @@ static pm_status check_required(const pm_field *fields, const pm_json *object,
                                 const struct place *at)
 {
     for (const pm_field *field = fields; field->name; field++)
-        if (field->required && !pm_json_get(object, field->name))
-            return pm_error_set_at(at->err, PM_E_MISSING, field->name, 0, 0, "is missing");
+        if (field->required && !pm_json_get(object, field->name)) {
+            char path[128];
+            snprintf(path, sizeof path, "%s%s%s", at->path, *at->path ? "." : "", field->name);
+            return pm_error_set_at(at->err, PM_E_MISSING, path, 0, 0, "is missing");
+        }
     return PM_OK;
 }
 

@@ -200,7 +200,8 @@ static void surroundings_are_read(void **state)
     assert_true(pm_rgb_is_black(request.job.surroundings.extinction));
     pm_request_clear(&request);
     assert_refused(HEAD "\"render\", \"back_faces\": 0}", "back_faces");
-    assert_refused(HEAD "\"render\", \"medium\": {\"albedo\": [1, 1, 1]}}", "extinction");
+    assert_refused(HEAD "\"render\", \"medium\": {\"albedo\": [1, 1, 1]}}",
+                   "medium.extinction");
     assert_refused(HEAD "\"render\", \"medium\": {\"extinction\": [0, 0, 0]}}", "medium");
     assert_refused(HEAD "\"render\", \"medium\": {\"extinction\": [1, 1, -1]}}",
                    "medium.extinction");
@@ -247,7 +248,7 @@ static void what_is_stored_nowhere_is_refused(void **state)
                             "\"box\": [0, 0, 0, 1, 1, 1]}]}",
                    "regions");
     assert_refused(MAP_HEAD "\"max_length\": 0}", "max_length");
-    assert_refused(MAP_HEAD "\"ports\": [{}]}", "modifier");
+    assert_refused(MAP_HEAD "\"ports\": [{}]}", "ports[0].modifier");
     assert_refused(MAP_HEAD "\"ports\": [{\"modifier\": \"a\", \"side\": \"up\"}]}",
                    "ports[0].side");
     assert_refused(MAP_HEAD "\"partition\": 0.1}", "partition");
