@@ -13,6 +13,9 @@
 /* Targets that fill more of the light are met often enough. */
 #define LARGE .5
 
+/* Weight of an opening among the targets. */
+#define OPENING .1
+
 /* Paths that leave a diffuse event for targets, on average at most. */
 #define SECONDS_MAX 16.
 
@@ -24,6 +27,7 @@ enum { PROBES = 256 };
 
 struct pm_aim {
     pm_targets targets;
+    pm_targets light_targets; /* those, and openings */
     pm_light_aim *lights;
     /* Flux of photons that leave the light for targets, over that of unaimed ones. Those that
      * leave diffuse surfaces are to be as strong: a map's few strong photons are its noise. */
@@ -57,14 +61,25 @@ static double share_of_surfaces(const pm_aim *aim, const pm_world *world)
     return flux > 0 && isfinite(flux) ? sum / flux : 0;
 }
 
-pm_status pm_aim_new(const pm_world *world, bool ports, pm_aim **out, pm_error *err)
+/* Openings count as panes do. */
+static void add_openings(const pm_targets *openings, pm_targets *out)
+{
+    for (unsigned i = 0; openings && out->count && i < openings->count; i++)
+        pm_targets_add(out, (pm_vec3){openings->x[i], openings->y[i], openings->z[i]},
+                       openings->radius[i], OPENING);
+}
+
+pm_status pm_aim_new(const pm_world *world, bool ports, const pm_targets *openings,
+                     pm_aim **out, pm_error *err)
 {
     pm_aim *aim = calloc(1, sizeof *aim);
     if (!aim)
         return pm_error_set(err, PM_E_MEMORY, "no memory to aim photons");
     pm_status st = pm_targets_find(world, &aim->targets, err);
+    aim->light_targets = aim->targets;
+    add_openings(openings, &aim->light_targets);
     if (!st)
-        st = pm_light_aim_new(world, &aim->targets, UNAIMED, &aim->lights, err);
+        st = pm_light_aim_new(world, &aim->light_targets, UNAIMED, &aim->lights, err);
     if (!st && aim->targets.count) {
         double share = pm_light_aim_share(aim->lights);
         double most = fmax(share, share_of_surfaces(aim, world) / MORE);

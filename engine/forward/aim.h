@@ -17,9 +17,10 @@ typedef struct pm_aim pm_aim;
 /* *out is NULL where aiming gains nothing: no specular surface, or one all around. Borrows the
  * world.
  *   ports  light enters by ports, which do not aim; diffuse surfaces alone do
+ *   openings  that lamps outside shine in through; NULL: none. Light leaves for them, too
  * PM_E_MEMORY. */
-PM_MUST_USE pm_status pm_aim_new(const pm_world *world, bool ports, pm_aim **out,
-                                 pm_error *err);
+PM_MUST_USE pm_status pm_aim_new(const pm_world *world, bool ports, const pm_targets *openings,
+                                 pm_aim **out, pm_error *err);
 void pm_aim_free(pm_aim *aim);
 
 /* See pm_light_emit_aimed. */

@@ -5,7 +5,7 @@
 #include "forward/forward_internal.h"
 
 /* Raise it whenever a stored byte of any photon can change for the same scene and options. */
-enum { FORMAT_VERSION = 8 };
+enum { FORMAT_VERSION = 9 };
 
 /* What decides which surface a ray meets (world/rays.h): the tree has no say in it. */
 static const char ray_kernel[] = "exact in double";

@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -117,6 +118,7 @@ static struct pm_tracer tracer_of(const pm_forward *forward, bool prepass, bool 
                                .choice = &forward->choice,
                                .ports = forward->ports,
                                .openings = forward->openings,
+                               .lamps = forward->lamps,
                                .seed = forward->seed,
                                .purpose = purposes[prepass][aimed],
                                .aim = aimed ? forward->aim : NULL};
@@ -245,6 +247,29 @@ static pm_status open_ports(pm_forward *forward, const pm_forward_options *optio
     return pm_openings_find(forward->world, &forward->openings, err);
 }
 
+static pm_status aim_lamps(pm_forward *forward, pm_error *err)
+{
+    pm_status st = pm_lamps_find(forward->world, forward->choice.ports, &forward->lamps, err);
+    if (st)
+        return st;
+    if (forward->ports)
+        pm_ports_aim_lamps(forward->ports, forward->lamps);
+    if (forward->openings)
+        pm_openings_aim_lamps(forward->openings, forward->lamps);
+    const char *sky = forward->openings ? pm_openings_note(forward->openings) : "";
+    const char *lamps = forward->lamps ? pm_lamps_note(forward->lamps) : "";
+    snprintf(forward->note, sizeof forward->note, "%s%s%s", sky, *sky && *lamps ? "; " : "",
+             lamps);
+    return PM_OK;
+}
+
+static pm_status aim_caustics(pm_forward *forward, pm_error *err)
+{
+    bool ports = forward->ports || forward->openings;
+    const pm_targets *openings = forward->lamps ? pm_lamps_openings(forward->lamps) : NULL;
+    return pm_aim_new(forward->world, ports, openings, &forward->aim, err);
+}
+
 pm_status pm_forward_new(const pm_world *world, const pm_forward_options *options,
                          pm_pool *pool, pm_forward **out, pm_error *err)
 {
@@ -265,7 +290,9 @@ pm_status pm_forward_new(const pm_world *world, const pm_forward_options *option
     if (!st)
         st = open_ports(forward, options, err);
     if (!st)
-        st = pm_aim_new(world, forward->ports || forward->openings, &forward->aim, err);
+        st = aim_lamps(forward, err);
+    if (!st)
+        st = aim_caustics(forward, err);
     if (!st)
         st = run_prepass(forward, false, pool, err);
     if (!st && forward->aim)
@@ -284,6 +311,7 @@ void pm_forward_free(pm_forward *forward)
         return;
     pm_ports_free(forward->ports);
     pm_openings_free(forward->openings);
+    pm_lamps_free(forward->lamps);
     pm_choice_clear(&forward->choice);
     pm_aim_free(forward->aim);
     if (forward->counters)
@@ -439,11 +467,11 @@ double pm_forward_flux_scale(const pm_forward *forward)
 const char *pm_forward_note(const pm_forward *forward)
 {
     const pm_selection *chosen = forward->choice.ports;
-    if ((chosen[0].any || chosen[1].any) && !forward->ports)
+    if ((chosen[0].any || chosen[1].any) && !forward->ports && !forward->lamps)
         return "no source is distant, so the ports have no effect";
     if (forward->ports && pm_rgb_is_black(forward->emitted))
         return "no light comes in through the ports; are their normals right?";
-    return forward->openings ? pm_openings_note(forward->openings) : "";
+    return forward->note;
 }
 
 pm_rgb pm_forward_emitted(const pm_forward *forward)

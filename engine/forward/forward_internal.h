@@ -6,6 +6,7 @@
 
 #include "forward/choice.h"
 #include "forward/forward.h"
+#include "world/lamps.h"
 #include "world/openings.h"
 #include "world/ports.h"
 
@@ -31,8 +32,10 @@ struct pm_forward {
     struct pm_choice choice; /* what the options name */
     pm_ports *ports;         /* NULL: distant light comes from everywhere */
     pm_openings *openings;   /* NULL: there are none to aim at */
+    pm_lamps *lamps;         /* outside; NULL: there are none to aim */
     struct pm_aim *aim;      /* of caustic paths; NULL: they are those of the other kinds */
     double flux_scale;
+    char note[256]; /* about what is aimed */
     pm_rgb emitted;                   /* in the pre-run, on average [W / scale^2] */
     double probability[PM_MAP_KINDS]; /* of storing a deposit */
     double rate[PM_MAP_KINDS];        /* photons stored a path */

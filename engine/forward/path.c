@@ -450,7 +450,7 @@ static bool draw_emission(const struct pm_tracer *tracer, uint32_t sobol_index,
     }
     if (tracer->aim)
         return pm_aim_emit(tracer->aim, u, emission, common);
-    return pm_light_emit(tracer->world, u, emission);
+    return pm_lamps_emit(tracer->lamps, tracer->world, u, emission);
 }
 
 /* False if no light emits. */

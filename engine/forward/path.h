@@ -10,6 +10,7 @@
 #include "base/sobol.h"
 #include "forward/aim.h"
 #include "forward/photon.h"
+#include "world/lamps.h"
 #include "world/openings.h"
 #include "world/ports.h"
 #include "world/world.h"
@@ -29,6 +30,7 @@ struct pm_tracer {
     uint32_t scramble[PM_SOBOL_DIMENSIONS]; /* of the emission's Sobol sequence */
     const pm_ports *ports;                  /* NULL: distant light comes from everywhere */
     const pm_openings *openings;            /* NULL: unaimed */
+    const pm_lamps *lamps;                  /* NULL: unaimed */
 };
 
 /* Fills in `scramble` for a replicate. */

@@ -11,6 +11,9 @@
  * all lamps together, about. */
 enum { PLACES = 16, ALL_PLACES = 1 << 14 };
 
+/* A lamp that sends more of its light to the targets need not be aimed. */
+#define MOST .25
+
 struct pm_light_aim {
     const pm_world *world;
     const pm_targets *targets;
@@ -284,6 +287,24 @@ bool pm_light_emit_aimed(const pm_light_aim *aim, const double u[5], pm_emission
     return true;
 }
 
+bool pm_light_emit_lamps(const pm_light_aim *aim, const double u[5], pm_emission *out)
+{
+    const struct pm_lights *l = aim->world->lights;
+    if (pm_rgb_is_black(l->power) && !l->patterned)
+        return false;
+    uint32_t picked = pm_lights_pick(l, u[0]);
+    double before = picked ? l->cumulative[picked - 1] : 0, common;
+    double rest = (u[0] - before) / (l->cumulative[picked] - before);
+    if (!(aimed_chance(aim, picked) > 0))
+        return pm_light_emit(aim->world, u, out);
+    if (rest < aim->unaimed)
+        return emit_unaimed(aim, u, out, &common);
+    out->light = picked;
+    aim_from_lamp(aim, u, out, &common);
+    out->weak = pm_lights_is_weak(&aim->world->materials[l->lights[picked].material]);
+    return true;
+}
+
 /* ---- set up ---- */
 
 static void set_discs(pm_light_aim *aim)
@@ -342,24 +363,51 @@ static void set_chances(pm_light_aim *aim)
         aim->unaimed = 1; /* no light leaves for them */
 }
 
-pm_status pm_light_aim_new(const pm_world *world, const pm_targets *targets, double unaimed,
-                           pm_light_aim **out, pm_error *err)
+static pm_light_aim *make(const pm_world *world, const pm_targets *targets, double unaimed,
+                          pm_error *err)
 {
-    const struct pm_lights *l = world->lights;
     pm_light_aim *aim = calloc(1, sizeof *aim);
-    double *cumulative = calloc(l->count + 1, sizeof *cumulative);
+    double *cumulative = calloc(world->lights->count + 1, sizeof *cumulative);
     if (!aim || !cumulative) {
         free(aim);
         free(cumulative);
-        return pm_error_set(err, PM_E_MEMORY, "no memory to aim the lights");
+        pm_error_set(err, PM_E_MEMORY, "no memory to aim the lights");
+        return NULL;
     }
-    *aim = (pm_light_aim){.world = world,
-                          .targets = targets,
-                          .unaimed = targets->count && l->count ? unaimed : 1,
-                          .cumulative = cumulative};
+    *aim = (pm_light_aim){
+        .world = world, .targets = targets, .unaimed = unaimed, .cumulative = cumulative};
+    return aim;
+}
+
+pm_status pm_light_aim_new(const pm_world *world, const pm_targets *targets, double unaimed,
+                           pm_light_aim **out, pm_error *err)
+{
+    bool any = targets->count && world->lights->count;
+    pm_light_aim *aim = make(world, targets, any ? unaimed : 1, err);
+    if (!aim)
+        return PM_E_MEMORY;
     if (aim->unaimed < 1) {
         set_discs(aim);
         set_chances(aim);
+    }
+    *out = aim;
+    return PM_OK;
+}
+
+pm_status pm_light_aim_lamps(const pm_world *world, const pm_targets *targets, double unaimed,
+                             bool *lamps, pm_light_aim **out, pm_error *err)
+{
+    const struct pm_lights *l = world->lights;
+    pm_light_aim *aim = make(world, targets, unaimed, err);
+    if (!aim)
+        return PM_E_MEMORY;
+    double sum = 0;
+    for (size_t i = 0; i < l->count; i++) {
+        double share = lamps[i] ? share_of_lamp(aim, &l->lights[i], PLACES) : 0;
+        lamps[i] = share > 0 && share < MOST;
+        sum += lamps[i] ? l->lights[i].chance : 0;
+        aim->share += lamps[i] ? l->lights[i].chance * share : 0;
+        aim->cumulative[i] = sum;
     }
     *out = aim;
     return PM_OK;

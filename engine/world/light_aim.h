@@ -17,6 +17,12 @@ typedef struct pm_light_aim pm_light_aim;
 /* Borrows world and targets. Depends on the scene alone. PM_E_MEMORY. */
 PM_MUST_USE pm_status pm_light_aim_new(const pm_world *world, const pm_targets *targets,
                                        double unaimed, pm_light_aim **out, pm_error *err);
+/* The same for some lamps alone, each of which aims that share of its photons.
+ *   lamps  in and out, [lights]: which; those from which no light leaves for the targets, or
+ *          most of it, are taken out */
+PM_MUST_USE pm_status pm_light_aim_lamps(const pm_world *world, const pm_targets *targets,
+                                         double unaimed, bool *lamps, pm_light_aim **out,
+                                         pm_error *err);
 void pm_light_aim_free(pm_light_aim *aim);
 
 /* An estimate of the share of all light that leaves for the targets. */
@@ -28,5 +34,9 @@ double pm_light_aim_share(const pm_light_aim *aim);
  * Test: aimed_light_equals_unaimed_light. */
 bool pm_light_emit_aimed(const pm_light_aim *aim, const double u[5], pm_emission *out,
                          double *common);
+
+/* As pm_light_emit, with an aim of pm_light_aim_lamps: other lights, and the choice of lights,
+ * stay as they are. Tests: test_lamps.c. */
+bool pm_light_emit_lamps(const pm_light_aim *aim, const double u[5], pm_emission *out);
 
 #endif

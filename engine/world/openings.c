@@ -10,17 +10,15 @@
 #include "world/body.h"
 #include "world/lights.h"
 #include "world/placed.h"
+#include "world/sight.h"
 
 enum {
     PLACES = 512,       /* in space, that are looked around from */
-    SIGHTS = 64,        /* lines of sight from each */
     WAYS_OUT_MAX = 256, /* lines that are followed */
     HALVINGS = 7,
-    PASSAGES_MAX = 64, /* surfaces in a row that let light through */
     BALLS_MAX = 16
 };
 
-#define CLOSED     .86 /* share of the lines of sight that end, inside */
 #define OPEN       .8  /* in an opening, where half of them lead out to ground and sky */
 #define INSIDE     .04 /* share of the places that are inside, at least */
 #define AIMED      .5  /* share of the distant photons that are aimed */
@@ -38,94 +36,14 @@ struct ball {
 
 struct pm_openings {
     const pm_world *world;
+    const pm_lamps *lamps; /* NULL: unaimed */
     unsigned count;
     struct ball balls[BALLS_MAX];
     double ends[BALLS_MAX]; /* cumulative weights */
     char note[120];
 };
 
-/* ---- looking around ---- */
-
-static bool lets_through(const struct pm_material *m)
-{
-    switch (m->type) {
-    case PM_GLASS:
-    case PM_DIELECTRIC:
-    case PM_INTERFACE:
-    case PM_TRANS:
-    case PM_TRANS2:
-    case PM_TRANSFUNC:
-    case PM_TRANSDATA:
-    case PM_BRTDFUNC:
-    case PM_BSDF:
-    case PM_ABSDF:
-    case PM_PRISM1:
-    case PM_PRISM2:
-    case PM_MIST:
-    case PM_ANTIMATTER:
-        return true;
-    default:
-        return m->straight;
-    }
-}
-
-/* `last`: where it ends, or where it passes the last surface on its way, if it does. */
-static bool gets_out_by(const pm_world *world, pm_vec3 point, pm_vec3 direction, pm_vec3 *last,
-                        bool *passes)
-{
-    *passes = false;
-    *last = point;
-    pm_ray ray = {point, direction, INFINITY, PM_NO_PRIMITIVE};
-    for (int i = 0; i < PASSAGES_MAX; i++) {
-        pm_hit hit;
-        if (!pm_world_intersect(world, &ray, &hit))
-            return true;
-        *last = hit.point;
-        if (!lets_through(&world->materials[hit.material]))
-            return false;
-        *passes = true;
-        ray.origin = hit.point;
-        ray.from = hit.surface;
-    }
-    return false;
-}
-
-static bool gets_out(const pm_world *world, pm_vec3 point, pm_vec3 direction)
-{
-    pm_vec3 last;
-    bool passes;
-    return gets_out_by(world, point, direction, &last, &passes);
-}
-
-/* Evenly over the sphere. */
-static pm_vec3 sight(uint32_t i, uint32_t count)
-{
-    return pm_warp_sphere((i + .5) / count, fmod(i * .6180339887498949, 1));
-}
-
-struct place {
-    pm_vec3 point;
-    double closed; /* share of the lines of sight that end */
-    double room;   /* harmonic mean of their lengths: short in a gap, however long that is */
-};
-
-static struct place look_around(const pm_world *world, pm_vec3 point)
-{
-    struct place place = {.point = point};
-    double inverse = 0;
-    int ended = 0;
-    for (uint32_t i = 0; i < SIGHTS; i++) {
-        pm_vec3 end;
-        bool passes;
-        if (gets_out_by(world, point, sight(i, SIGHTS), &end, &passes))
-            continue;
-        inverse += 1 / (pm_vec3_distance(point, end) + 0x1p-40);
-        ended++;
-    }
-    place.closed = (double)ended / SIGHTS;
-    place.room = ended ? ended / inverse : 0;
-    return place;
-}
+/* ---- places ---- */
 
 /* In the middle of a free way between two surfaces. */
 static bool draw_place(const pm_world *world, uint32_t i, pm_vec3 *out)
@@ -155,8 +73,9 @@ static bool is_bright(const pm_world *world, pm_vec3 direction)
 
 struct search {
     const pm_world *world;
-    size_t looked, inside;       /* places */
-    struct place places[PLACES]; /* that are inside */
+    bool dark;                     /* ways to where no light is count, too */
+    size_t looked, inside;         /* places */
+    pm_sight_place places[PLACES]; /* that are inside */
     size_t count;
     pm_vec3 at[WAYS_OUT_MAX]; /* openings */
 };
@@ -167,14 +86,15 @@ static pm_vec3 narrow_down(const struct search *s, pm_vec3 point, pm_vec3 direct
     const struct pm_lights *l = s->world->lights;
     pm_vec3 pane, off = pm_vec3_sub(l->center, point);
     bool passes;
-    if (gets_out_by(s->world, point, direction, &pane, &passes) && passes)
+    if (pm_sight_out(s->world, point, direction, &pane, &passes) && passes)
         return pane;
     double along = pm_vec3_dot(off, direction);
     double square = l->radius * l->radius - pm_vec3_dot(off, off) + along * along;
     double in = 0, out = along + sqrt(fmax(square, 0));
     for (int i = 0; i < HALVINGS; i++) {
         double t = (in + out) / 2;
-        bool is_inside = look_around(s->world, pm_vec3_madd(point, t, direction)).closed > OPEN;
+        bool is_inside =
+            pm_sight_around(s->world, pm_vec3_madd(point, t, direction)).closed > OPEN;
         *(is_inside ? &in : &out) = t;
     }
     return pm_vec3_madd(point, (in + out) / 2, direction);
@@ -186,17 +106,19 @@ static void find_inside(struct search *s)
         pm_vec3 point;
         if (!draw_place(s->world, i, &point))
             continue;
-        s->places[s->inside] = look_around(s->world, point);
-        s->inside += s->places[s->inside].closed >= CLOSED;
+        s->places[s->inside] = pm_sight_around(s->world, point);
+        s->inside += s->places[s->inside].closed >= PM_SIGHT_CLOSED;
         s->looked++;
     }
 }
 
 static void look_out(struct search *s, pm_vec3 point)
 {
-    for (uint32_t i = 0; i < SIGHTS && s->count < WAYS_OUT_MAX; i++) {
-        pm_vec3 direction = sight(i, SIGHTS);
-        if (gets_out(s->world, point, direction) && is_bright(s->world, direction))
+    for (uint32_t i = 0; i < PM_SIGHTS && s->count < WAYS_OUT_MAX; i++) {
+        pm_vec3 last, direction = pm_sight_direction(i);
+        bool passes;
+        if (pm_sight_out(s->world, point, direction, &last, &passes) &&
+            (s->dark || is_bright(s->world, direction)))
             s->at[s->count++] = narrow_down(s, point, direction);
     }
 }
@@ -351,6 +273,28 @@ pm_status pm_openings_find(const pm_world *world, pm_openings **out, pm_error *e
     return made ? PM_OK : pm_error_set(err, PM_E_MEMORY, "no memory to look for openings");
 }
 
+pm_status pm_openings_to_dark(const pm_world *world, pm_targets *out, pm_error *err)
+{
+    out->count = 0;
+    pm_openings openings = {.world = world};
+    if (!world->main->count || !(world->lights->radius > 0))
+        return PM_OK;
+    struct search *s = calloc(1, sizeof *s);
+    if (!s)
+        return pm_error_set(err, PM_E_MEMORY, "no memory to look for openings");
+    s->dark = true;
+    if (is_worth_aiming(&openings, s))
+        for (unsigned i = 0; i < openings.count; i++)
+            pm_targets_add(out, openings.balls[i].center, openings.balls[i].radius, 1);
+    free(s);
+    return PM_OK;
+}
+
+void pm_openings_aim_lamps(pm_openings *o, const pm_lamps *lamps)
+{
+    o->lamps = lamps;
+}
+
 void pm_openings_free(pm_openings *o)
 {
     free(o);
@@ -427,7 +371,7 @@ bool pm_openings_emit(const pm_openings *o, const double u[5], pm_emission *out)
     uint32_t picked = pm_lights_pick(l, u[0]);
     const struct pm_light *light = &l->lights[picked];
     if (light->surface != PM_NO_PRIMITIVE)
-        return pm_light_emit(o->world, u, out);
+        return pm_lamps_emit(o->lamps, o->world, u, out);
     double before = picked ? l->cumulative[picked - 1] : 0;
     double rest = (u[0] - before) / (l->cumulative[picked] - before);
     double v[5] = {fmax(0, fmin(rest, 1 - 0x1p-53)), u[1], u[2], u[3], u[4]};

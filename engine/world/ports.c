@@ -53,6 +53,7 @@ struct group {
 
 struct pm_ports {
     const pm_world *world;
+    const pm_lamps *aimed; /* NULL: none */
     pm_ports_options options;
     pm_arena arena;
 
@@ -649,6 +650,11 @@ pm_status pm_ports_new(const pm_world *world, const pm_ports_options *options, p
     return st;
 }
 
+void pm_ports_aim_lamps(pm_ports *p, const pm_lamps *lamps)
+{
+    p->aimed = lamps;
+}
+
 void pm_ports_free(pm_ports *p)
 {
     if (!p)
@@ -761,7 +767,7 @@ bool pm_ports_emit(const pm_ports *p, const double u[5], pm_port_entry *out)
     out->enters = false;
     if (u[0] < p->local) {
         v[0] = fmin(u[0] / p->local, 1 - 0x1p-53) * p->lamps;
-        if (!pm_light_emit(p->world, v, &out->emission))
+        if (!pm_lamps_emit(p->aimed, p->world, v, &out->emission))
             return false;
         out->emission.flux = pm_rgb_scale(out->emission.flux, p->lamps / p->local);
         return true;

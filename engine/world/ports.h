@@ -1,6 +1,7 @@
 #ifndef PM_WORLD_PORTS_H
 #define PM_WORLD_PORTS_H
 
+#include "world/lamps.h"
 #include "world/light.h"
 #include "world/media.h"
 #include "world/selection.h"
@@ -16,7 +17,7 @@
  * A photon is drawn by port and source, patch of the port, place in the patch, and direction.
  * Broad sources are drawn from a table of directions as the ports see them, narrow ones by
  * themselves. Tables and patches follow what obstructs; they steer alone: weights are exact.
- * Local lamps shine as ever, in proportion of power.
+ * Local lamps shine as ever, in proportion of power, or are aimed (lamps.h).
  *
  * In: a world, the surfaces chosen. Next: forward/path.c. */
 typedef struct pm_ports pm_ports;
@@ -31,6 +32,9 @@ typedef struct pm_ports_options {
  * the selections. PM_E_LIMIT for more than 2^22 surfaces, PM_E_MEMORY. */
 PM_MUST_USE pm_status pm_ports_new(const pm_world *world, const pm_ports_options *options,
                                    pm_ports **out, pm_error *err);
+/* From then on lamps shine by pm_lamps_emit; borrows them. */
+void pm_ports_aim_lamps(pm_ports *ports, const pm_lamps *lamps);
+
 void pm_ports_free(pm_ports *ports);
 
 /* A photon on its way. */

@@ -7,8 +7,9 @@
 #include "base/warp.h"
 #include "world/body.h"
 #include "world/material.h"
+#include "world/placed.h"
 
-enum { BINS = 32 };
+enum { BINS = 32, EDGE = 4 };
 
 /* A group is divided if that takes away so much of the disc that it shows. */
 #define WORTH_DIVIDING .9
@@ -280,23 +281,74 @@ static void add_ball(const struct builder *b, const struct group *g, pm_targets 
     out->weight[t] = sum > 0 ? weight / sum : b->items[g->first].weight;
 }
 
+static void make_balls(struct builder *b, pm_targets *out)
+{
+    out->count = 0;
+    if (!b->count)
+        return;
+    b->groups[b->group_count++] = make_group(b, 0, b->count);
+    divide_all(b);
+    for (unsigned i = 0; i < b->group_count; i++)
+        add_ball(b, &b->groups[i], out);
+}
+
 pm_status pm_targets_find(const pm_world *world, pm_targets *out, pm_error *err)
 {
     struct builder b = {.world = world};
-    pm_targets targets = {.count = 0};
     pm_status st = collect_shapes(&b, err);
     if (!st)
         st = collect_instances(&b, err);
-    if (!st && b.count) {
-        b.groups[b.group_count++] = make_group(&b, 0, b.count);
-        divide_all(&b);
-        for (unsigned i = 0; i < b.group_count; i++)
-            add_ball(&b, &b.groups[i], &targets);
-    }
-    free(b.items);
     if (!st)
-        *out = targets;
+        make_balls(&b, out);
+    free(b.items);
     return st;
+}
+
+/* Of an instance's surface, about. */
+static struct item placed_item(const pm_world *world, uint32_t surface)
+{
+    struct item item = {.weight = 1};
+    for (int i = 0; i < EDGE * EDGE; i++) {
+        double u = i % EDGE * (1 - 0x1p-30) / (EDGE - 1);
+        double v = i / EDGE * (1 - 0x1p-30) / (EDGE - 1);
+        pm_vec3 point, normal;
+        pm_placed_sample(world, surface, u, v, &point, &normal);
+        item.low = i ? pm_vec3_min(item.low, point) : point;
+        item.high = i ? pm_vec3_max(item.high, point) : point;
+    }
+    return item;
+}
+
+pm_status pm_targets_about(const pm_world *world, const uint32_t *surfaces, size_t count,
+                           pm_targets *out, pm_error *err)
+{
+    struct builder b = {.world = world};
+    pm_status st = PM_OK;
+    for (size_t i = 0; i < count && !st; i++) {
+        struct item item = placed_item(world, surfaces[i]);
+        if (surfaces[i] < world->shape_count) {
+            item.low = world->shapes[surfaces[i]].low;
+            item.high = world->shapes[surfaces[i]].high;
+        }
+        st = add_item(&b, &item, err);
+    }
+    if (!st)
+        make_balls(&b, out);
+    free(b.items);
+    return st;
+}
+
+void pm_targets_add(pm_targets *targets, pm_vec3 center, double radius, double weight)
+{
+    unsigned t = targets->count;
+    if (t == PM_TARGETS_MAX)
+        return;
+    targets->x[t] = center.x;
+    targets->y[t] = center.y;
+    targets->z[t] = center.z;
+    targets->radius[t] = radius;
+    targets->weight[t] = weight;
+    targets->count++;
 }
 
 /* ---- seen from a point ---- */

@@ -23,6 +23,13 @@ typedef struct pm_targets {
  * scene alone. PM_E_MEMORY. */
 PM_MUST_USE pm_status pm_targets_find(const pm_world *world, pm_targets *out, pm_error *err);
 
+/* The same about surfaces given by number, whatever they are made of; weights are 1. */
+PM_MUST_USE pm_status pm_targets_about(const pm_world *world, const uint32_t *surfaces,
+                                       size_t count, pm_targets *out, pm_error *err);
+
+/* Adds a ball, unless there are PM_TARGETS_MAX. */
+void pm_targets_add(pm_targets *targets, pm_vec3 center, double radius, double weight);
+
 /* Where light leaves for the targets: by the cosine about `normal`, or within a cone. */
 typedef struct pm_target_lobe {
     pm_vec3 normal;
