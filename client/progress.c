@@ -121,6 +121,17 @@ static void print_forward(const pm_json *job)
                 100 * mean(balance, "escaped") / emitted);
 }
 
+/* Why a map fell short, and the like; mkpmap says it of each file. */
+static void print_notes(const pm_json *maps)
+{
+    for (size_t i = 0; i < pm_json_length(maps); i++) {
+        const pm_json *map = pm_json_at(maps, i);
+        const char *note = pm_json_get_text(map, "note", "");
+        if (*note)
+            fprintf(stderr, "%s map: %s\n", pm_json_get_text(map, "kind", "?"), note);
+    }
+}
+
 void pm_summary_print(const pm_options *options, const pm_json *job)
 {
     if (options->quiet)
@@ -132,6 +143,8 @@ void pm_summary_print(const pm_options *options, const pm_json *job)
         fprintf(stderr, "cache: %s\n", cache);
     if (options->verb != PM_VERB_MKPMAP && !options->verbose) /* mkpmap: of each file */
         print_left_out(options, pm_json_get(job, "plan"));
+    if (options->verb != PM_VERB_MKPMAP)
+        print_notes(pm_json_get(job, "maps"));
     const pm_json *curve = pm_json_get(job, "curve");
     size_t points = pm_json_length(curve);
     for (size_t i = options->verbose || !points ? 0 : points - 1; i < points; i++) {

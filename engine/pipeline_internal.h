@@ -35,6 +35,10 @@ bool pm_run_fetch_precomputed(pm_run *run, pm_photon_map **out);
 /* The header of a map of this run, as of one path. (pipeline_maps.c) */
 pm_map_header pm_run_map_header(const pm_run *run, pm_map_kind kind);
 
+/* Of the photons that paths store a map of so many takes a share: its fluxes are to be taken
+ * over that. (pipeline_maps.c) */
+void pm_run_thin_header(const pm_run *run, pm_map_header *header);
+
 /* The maps of one progressive pass: batch `pass` of the global family (of the caustic one, if
  * the plan wants no global map) and of the volume family. */
 PM_MUST_USE pm_status pm_run_make_pass_maps(pm_run *run, uint32_t pass,

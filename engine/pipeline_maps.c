@@ -1,6 +1,7 @@
 #include "pipeline_internal.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,22 +15,44 @@ struct growing {
     uint64_t wanted; /* of a pass */
     uint32_t passes; /* of a sequence, or 0 */
     pm_digest family;
+    double kept;         /* share of the stored photons that this map takes, see share_kept */
     pm_photon_list list; /* of this pass, as what follows */
     uint64_t first_path, paths;
     bool gave_up;
 };
 
 /* Paths after which a map that does not fill is given up: a fixed start, and a thousandth of a
- * photon a path beyond it. The user is told what was reached. */
-static uint64_t path_limit(uint64_t photons)
+ * photon a path beyond it; fewer where paths are long, so that the work is bounded, too. The
+ * user is told what was reached. */
+static uint64_t path_limit(const pm_run *run, pm_map_kind kind, uint64_t photons)
 {
-    uint64_t start = UINT64_C(1) << 22;
-    return photons > (UINT64_MAX - start) / 1000 ? UINT64_MAX : start + 1000 * photons;
+    enum { LONG_PATH = 8 };
+    double stretches = pm_forward_stretches(run->forward, kind);
+    double share = stretches > LONG_PATH ? LONG_PATH / stretches : 1;
+    return (uint64_t)(share * (0x1p22 + 1000 * (double)photons));
+}
+
+/* A map is cut where a path ends, so a small one takes few photons of each of many paths: then
+ * it misses its number by few, and its photons are the less alike. Half a batch has them. */
+static double share_kept(const pm_run *run, pm_map_kind kind, uint64_t wanted)
+{
+    double rate = pm_forward_rate(run->forward, kind),
+           want = 2. * (double)wanted / PM_BATCH_PATHS;
+    return rate > want ? floor(want / rate * 0x1p32 + 1) * 0x1p-32 : 1;
+}
+
+void pm_run_thin_header(const pm_run *run, pm_map_header *header)
+{
+    uint64_t wanted = run->answer->plan.pass[header->kind].count;
+    double share = wanted ? share_kept(run, header->kind, wanted) : 1;
+    header->flux_scale /= share;
+    header->storage_probability *= share;
 }
 
 static void begin(pm_run *run, pm_map_kind kind, struct growing *map)
 {
     map->family = pm_forward_family(run->forward, kind);
+    map->kept = share_kept(run, kind, map->wanted);
     map->begun = true;
     if (run->hooks->begin)
         run->hooks->begin(run->hooks->context, &map->family, kind);
@@ -92,36 +115,41 @@ static void add_balance(pm_run *run, const pm_batch *batch)
     answer->escaped = pm_rgb_madd(pm_rgb_scale(answer->escaped, kept), share, batch->escaped);
 }
 
-/* The least number of paths whose deposits reach `missing` photons. */
-static uint32_t least_paths(const pm_batch *batch, uint64_t missing)
+/* The greatest number of paths that have no more than `missing` photons. To stop before the
+ * path that has one too many, but not before the first, biases nothing as long as no path has
+ * more than all that are wanted (Glynn and Heidelberger, "Bias properties of budget constrained
+ * simulations", Operations Research 38, 1990); to stop with it would. */
+static uint32_t most_paths(const pm_batch *batch, uint64_t missing)
 {
-    uint32_t low = 0, high = batch->paths - 1;
+    uint32_t low = 0, high = batch->paths;
     while (low < high) {
         uint32_t middle = low + (high - low) / 2;
-        if (batch->ends[middle] >= missing)
+        if (batch->ends[middle] > missing)
             high = middle;
         else
             low = middle + 1;
     }
-    return low + 1;
+    return low;
 }
 
 /* Takes what the map still needs of a batch, which ends here. */
 static pm_status settle(pm_run *run, pm_map_kind kind, struct growing *map, pm_batch *batch)
 {
     uint64_t missing = map->wanted - map->list.count;
+    pm_batch_thin(batch, run->job->forward.seed, map->kept);
     if (!map->paths)
         map->first_path = batch->index * PM_BATCH_PATHS;
-    if (batch->count >= missing) {
-        pm_batch_truncate(batch, least_paths(batch, missing));
+    if (batch->count > missing) {
+        uint32_t paths = most_paths(batch, missing);
+        pm_batch_truncate(batch, map->paths || paths ? paths : 1);
         map->active = false;
     }
     pm_status st = pm_photon_list_append(&map->list, batch->photons, batch->count, run->err);
     map->paths += batch->paths;
     pm_batch_clear(batch);
-    if (map->active && map->paths >= path_limit(map->list.count)) {
+    if (map->active && map->paths >= path_limit(run, kind, map->list.count)) {
         map->active = false;
-        map->gave_up = true;
+        map->gave_up = map->list.count < map->wanted;
     }
     run->progress.photons[kind] = run->answer->maps[kind].photons + map->list.count;
     uint64_t paths = map->first_path + map->paths;
@@ -177,12 +205,13 @@ static void write_note(const pm_run *run, const struct growing *map, pm_map_head
     snprintf(header->note, sizeof header->note, "%s", pm_forward_note(run->forward));
     if (!map->gave_up || pm_rgb_is_black(answer->emitted))
         return;
-    double emitted = pm_rgb_mean(answer->emitted);
-    double escaped = 100 * pm_rgb_mean(answer->escaped) / emitted;
+    double share = 100 / pm_rgb_mean(answer->emitted);
     snprintf(header->note, sizeof header->note,
              "stopped at %" PRIu64 " paths with %" PRIu64 " of %" PRIu64
-             " photons: too few paths end here; %.1f %% of the light escaped",
-             map->paths, (uint64_t)map->list.count, map->wanted, escaped);
+             " photons: too few paths end here; %.3g %% of the light escaped, %.3g %% was "
+             "absorbed",
+             map->paths, (uint64_t)map->list.count, map->wanted,
+             share * pm_rgb_mean(answer->escaped), share * pm_rgb_mean(answer->absorbed));
 }
 
 static void summarise(pm_run *run, pm_map_kind kind, const pm_map_header *header,
@@ -202,6 +231,7 @@ static pm_map_header header_of_map(const pm_run *run, pm_map_kind kind,
     const pm_plan_pass *plan = &run->answer->plan.pass[kind];
     pm_map_header header = pm_run_map_header(run, kind);
     header.first_path = map->first_path;
+    pm_run_thin_header(run, &header);
     header.paths = map->paths ? map->paths : 1;
     write_note(run, map, &header);
     if (!plan->needed)
@@ -307,6 +337,8 @@ static double share_done(const pm_run *run, const struct growing maps[PM_MAP_KIN
     double least = 1;
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
         double share = (double)maps[kind].list.count / (double)maps[kind].wanted;
+        double limit = (double)path_limit(run, (pm_map_kind)kind, maps[kind].list.count);
+        share = fmax(share, (double)maps[kind].paths / limit); /* of a map that is given up */
         if (maps[kind].passes)
             share = (run->answer->maps[kind].pass_count + share) / maps[kind].passes;
         if (maps[kind].active)

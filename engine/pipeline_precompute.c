@@ -100,6 +100,7 @@ static pm_status rebuild(pm_run *run, const pm_batch *batch, pm_photon_map **out
     pm_map_header header = pm_run_map_header(run, PM_MAP_GLOBAL);
     pm_photon_list list = {0};
     header.paths = batch->index;
+    pm_run_thin_header(run, &header);
     pm_precompute_header(&header, &how);
     pm_status st = pm_photon_list_append(&list, batch->photons, batch->count, NULL);
     if (!st)

@@ -17,6 +17,7 @@ typedef enum pm_rng_purpose {
     PM_RNG_SURVEY = 5,   /* paths of scene check; index = path number */
     PM_RNG_AIMED = 6,    /* forward paths of caustic maps */
     PM_RNG_AIMED_PREPASS = 7,
+    PM_RNG_THIN = 8,        /* which photons a small map takes; index = path number */
     PM_RNG_PRECOMPUTE = 20 /* places about precomputed photons; index = photon */
 } pm_rng_purpose;
 

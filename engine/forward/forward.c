@@ -221,12 +221,15 @@ static pm_status run_prepass(pm_forward *forward, bool aimed, pm_pool *pool, pm_
         return pm_error_set(err, PM_E_MEMORY, "no memory for the forward pass");
     pm_status st = run_chunks(forward, &run, PREPASS_CHUNKS, pool, err);
     for (int kind = 0; kind < PM_MAP_KINDS && !st; kind++) {
-        uint64_t deposits = 0;
+        uint64_t deposits = 0, stretches = 0;
         if (!(kinds & (1U << kind)))
             continue;
-        for (unsigned t = 0; t < threads; t++)
+        for (unsigned t = 0; t < threads; t++) {
             deposits += run.recorders->of[t].deposits[kind];
+            stretches += run.recorders->of[t].rays;
+        }
         set_probability(forward, kind, deposits);
+        forward->stretches[kind] = (double)stretches / PM_FORWARD_PREPASS_PATHS;
     }
     for (size_t c = 0; c < PREPASS_CHUNKS && !aimed; c++)
         forward->emitted =
@@ -457,6 +460,11 @@ void pm_batch_truncate(pm_batch *batch, uint32_t paths)
 double pm_forward_rate(const pm_forward *forward, pm_map_kind kind)
 {
     return forward->rate[kind];
+}
+
+double pm_forward_stretches(const pm_forward *forward, pm_map_kind kind)
+{
+    return forward->stretches[kind];
 }
 
 double pm_forward_flux_scale(const pm_forward *forward)

@@ -37,6 +37,10 @@ pm_digest pm_forward_family(const pm_forward *forward, pm_map_kind kind);
 /* Photons a path of that kind that the pre-run found (after the storage probability). */
 double pm_forward_rate(const pm_forward *forward, pm_map_kind kind);
 
+/* Straight stretches of a path of that kind's, on average, by the pre-run: the same whatever a
+ * store has. */
+double pm_forward_stretches(const pm_forward *forward, pm_map_kind kind);
+
 /* The scale of the packed fluxes of every batch of this forward pass [W / scale^2]. */
 double pm_forward_flux_scale(const pm_forward *forward);
 
@@ -62,6 +66,11 @@ PM_MUST_USE pm_status pm_forward_batch(const pm_forward *forward, uint64_t index
 
 /* Cuts a batch down to its first `paths` paths (needs `ends`). The flux balance is cleared. */
 void pm_batch_truncate(pm_batch *batch, uint32_t paths);
+
+/* Keeps each photon with that probability, steps of 2^-32, so that their fluxes are to be taken
+ * over it; needs `ends`. The draws are told by seed, path and place within the path. Test:
+ * thinning_keeps_a_share_of_each_paths_photons. */
+void pm_batch_thin(pm_batch *batch, uint64_t seed, double probability);
 
 /* Checks photons and flux for non-finite numbers met while tracing since pm_forward_new; 0 in a
  * healthy run, and a test fails otherwise. */

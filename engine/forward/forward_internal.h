@@ -39,6 +39,7 @@ struct pm_forward {
     pm_rgb emitted;                   /* in the pre-run, on average [W / scale^2] */
     double probability[PM_MAP_KINDS]; /* of storing a deposit */
     double rate[PM_MAP_KINDS];        /* photons stored a path */
+    double stretches[PM_MAP_KINDS];   /* traced a path */
     struct pm_forward_counters *counters;
 };
 

@@ -53,7 +53,7 @@ static void maps_have_the_same_bytes_for_1_2_and_7_threads(void **state)
         pm_job job = map_job(30000);
         job.threads = threads[i];
         run_job(&job, SCENE, NULL, &answers[i]);
-        assert_true(pm_photon_map_count(answers[i].map[PM_MAP_VOLUME]) >= 30000);
+        assert_true(pm_photon_map_count(answers[i].map[PM_MAP_VOLUME]) > 29700);
         expect_same_maps(&answers[0], &answers[i]);
     }
     for (int i = 0; i < 3; i++)
@@ -111,14 +111,14 @@ static void answers_have_the_same_bytes_for_1_2_and_7_threads(void **state)
 
 /* ---- stored batches ---- */
 
-static void counts_are_within_two_percent_of_those_wanted(void **state)
+static void counts_are_within_one_percent_of_those_wanted(void **state)
 {
     (void)state;
     pm_job job = map_job(10000);
     pm_answer answer;
     run_job(&job, SCENE, NULL, &answer);
     for (int kind = 0; kind < PM_MAP_KINDS; kind++) {
-        assert_in_range(pm_photon_map_count(answer.map[kind]), 10000, 10200);
+        assert_in_range(pm_photon_map_count(answer.map[kind]), 9900, 10000);
         assert_int_equal(answer.maps[kind].photons, pm_photon_map_count(answer.map[kind]));
         assert_int_equal(answer.maps[kind].paths_cached, 0);
         assert_int_equal(answer.maps[kind].paths_traced % PM_BATCH_PATHS, 0);
@@ -251,7 +251,7 @@ static void map_that_cannot_be_is_empty_and_says_why(void **state)
     run_job(&job, DIFFUSE, NULL, &answer);
     const pm_photon_map *caustic = answer.map[PM_MAP_CAUSTIC],
                         *volume = answer.map[PM_MAP_VOLUME];
-    assert_true(pm_photon_map_count(answer.map[PM_MAP_GLOBAL]) >= 50000);
+    assert_true(pm_photon_map_count(answer.map[PM_MAP_GLOBAL]) > 49500);
     assert_true(pm_photon_map_count(caustic) == 0 && pm_photon_map_count(volume) == 0);
     assert_string_equal(pm_photon_map_header(caustic)->note,
                         "no caustic pass: no surface reflects or refracts specularly");
@@ -306,7 +306,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(maps_have_the_same_bytes_for_1_2_and_7_threads),
         cmocka_unit_test(answers_have_the_same_bytes_for_1_2_and_7_threads),
-        cmocka_unit_test(counts_are_within_two_percent_of_those_wanted),
+        cmocka_unit_test(counts_are_within_one_percent_of_those_wanted),
         cmocka_unit_test(topping_up_traces_only_what_is_missing),
         cmocka_unit_test(another_view_of_a_stored_map_traces_nothing),
         cmocka_unit_test(damaged_batches_are_traced_again),

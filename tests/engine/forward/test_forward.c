@@ -168,6 +168,36 @@ static void truncation_cuts_at_a_path(void **state)
     close_scene(&f);
 }
 
+/* Of n photons kept with probability p there are n p, 5 sqrt(n p (1 - p)) off; each is one of
+ * the batch, in its order, and counted for its path. */
+static void thinning_keeps_a_share_of_each_paths_photons(void **state)
+{
+    (void)state;
+    struct fixture f = open_scene(room, 1);
+    pm_batch whole[PM_MAP_KINDS], thin[PM_MAP_KINDS];
+    trace(&f, 0, GLOBAL, whole);
+    trace(&f, 0, GLOBAL, thin);
+    pm_batch *w = &whole[PM_MAP_GLOBAL], *t = &thin[PM_MAP_GLOBAL];
+    pm_batch_thin(t, 7, 1);
+    assert_same(w, t);
+    pm_batch_thin(t, 7, .25);
+    double n = (double)w->count;
+    assert_true(fabs((double)t->count - .25 * n) < 5 * sqrt(n * .25 * .75));
+    assert_int_equal(t->ends[PM_BATCH_PATHS - 1], t->count);
+    for (uint32_t path = 0, at = 0, from = 0; path < PM_BATCH_PATHS; path++) {
+        for (; at < t->ends[path]; at++, from++) {
+            while (from < w->ends[path] &&
+                   memcmp(&w->photons[from], &t->photons[at], sizeof *t->photons))
+                from++;
+            assert_true(from < w->ends[path]);
+        }
+        from = w->ends[path];
+    }
+    clear(whole);
+    clear(thin);
+    close_scene(&f);
+}
+
 static pm_rgb mean_flux(const pm_batch *batch, double scale)
 {
     pm_rgb sum = {0, 0, 0};
@@ -346,6 +376,7 @@ int main(void)
         cmocka_unit_test(batches_do_not_depend_on_their_order),
         cmocka_unit_test(photons_carry_their_replicate),
         cmocka_unit_test(truncation_cuts_at_a_path),
+        cmocka_unit_test(thinning_keeps_a_share_of_each_paths_photons),
         cmocka_unit_test(storage_probability_keeps_the_flux),
         cmocka_unit_test(rate_foretells_the_photons_of_a_batch),
         cmocka_unit_test(a_scene_without_light_gives_empty_batches),
