@@ -7,8 +7,10 @@
 
 #include "../world_text.h"
 #include "base/sobol.h"
+#include "compile.h"
 #include "numbers.h"
 #include "world/light.h"
+#include "world/selection.h"
 
 #define FLOOR                                                                                  \
     "void plastic p 0 0 5 .5 .5 .5 0 0 p polygon f 0 0 12 0 0 -9 9 0 -9 9 9 -9 0 9 -9\n"
@@ -187,6 +189,104 @@ static void distant_photons_cover_the_scene(void **state)
     pm_world_free(world);
 }
 
+/* ---- how many photons which light sends ---- */
+
+/* Lamps of every shape and kind, each with its power over pi times its radiance of 10: the area
+ * of its front, of the spotlights the square of their cone's sine as well. */
+static const struct {
+    const char *text;
+    double power;
+} lamps[] = {
+    {"lit polygon a 0 0 12 0 0 0 2 0 0 2 1 0 0 1 0\n", 2},
+    {"lit ring b 0 0 8 9 0 0 0 0 1 .5 1\n", .75 * PM_PI},
+    {"lit sphere c 0 0 4 0 9 0 .5\n", PM_PI},
+    {"lit bubble d 0 0 4 9 9 0 .4\n", .64 * PM_PI},
+    {"lit cylinder e 0 0 7 0 0 9 0 0 11 .25\n", PM_PI},
+    {"lit tube f 0 0 7 9 0 9 9 0 10 .3\n", .6 * PM_PI},
+    {"lit cone g 0 0 8 0 9 9 0 9 9.4 .8 .5\n", 1.3 * PM_PI * .5},
+    {"lit cup h 0 0 8 9 9 9 9 9 9.4 .5 .2\n", .7 * PM_PI * .5},
+    {"hung polygon i 0 0 12 5 0 0 6 0 0 6 1 0 5 1 0\n", 1},
+    {"shone polygon j 0 0 12 0 5 0 1 5 0 1 6 0 0 6 0\n", 1},
+    {"beam polygon k 0 0 12 5 5 0 7 5 0 7 6 0 5 6 0\n", 2 * .25},
+};
+enum { LAMPS = sizeof lamps / sizeof *lamps };
+
+static const char lamp_kinds[] = "void light lit 0 0 3 10 10 10\n"
+                                 "void glow hung 0 0 4 10 10 10 0\n"
+                                 "void illum shone 0 0 3 10 10 10\n"
+                                 "void spotlight beam 0 0 7 10 10 10 60 0 0 1\n";
+
+/* Which of the lamps: their names are letters in order. */
+static int lamp_of(const pm_world *world, const pm_scene *scene, uint32_t surface)
+{
+    return scene->primitives[pm_world_surface_names(world, surface).primitive].name[0] - 'a';
+}
+
+/* Counts within 5 sigma of independent picks; Sobol points do better. */
+static void lights_send_photons_in_proportion_to_their_power(void **state)
+{
+    (void)state;
+    char text[4096];
+    size_t used = (size_t)snprintf(text, sizeof text, "%s", lamp_kinds);
+    double total = 0;
+    for (int i = 0; i < LAMPS; i++) {
+        used += (size_t)snprintf(text + used, sizeof text - used, "%s", lamps[i].text);
+        total += lamps[i].power;
+    }
+    pm_scene *scene = scene_of(text);
+    pm_world *world = NULL;
+    assert_int_equal(pm_world_compile(scene, &world, NULL), PM_OK);
+    double counts[LAMPS] = {0}, flux[LAMPS] = {0};
+    for (uint32_t i = 0; i < SAMPLES; i++) {
+        double u[5];
+        pm_emission e;
+        sobol5(i, u);
+        assert_true(pm_light_emit(world, u, &e));
+        int lamp = lamp_of(world, scene, e.from);
+        assert_in_range(lamp, 0, LAMPS - 1);
+        counts[lamp]++;
+        flux[lamp] += e.flux.g / SAMPLES;
+    }
+    pm_world_info info;
+    pm_world_info_get(world, &info);
+    for (int i = 0; i < LAMPS; i++) {
+        double share = lamps[i].power / total, sigma = sqrt(SAMPLES * share * (1 - share));
+        double watts = 10 * PM_PI * lamps[i].power / (info.scale * info.scale);
+        assert_near(counts[i], SAMPLES * share, 5 * sigma);
+        assert_near(flux[i], watts, 5 * watts * sigma / (SAMPLES * share));
+    }
+    pm_world_free(world);
+    pm_scene_free(scene);
+}
+
+/* A sun and a sky beside a lamp: what distant sources send is their radiance times solid angle
+ * times the disc that the scene shows them, whatever that is; so counts go by the flux. */
+static void distant_lights_send_photons_in_proportion_to_their_flux(void **state)
+{
+    (void)state;
+    pm_world *world = world_of("void light sun 0 0 3 1e4 1e4 1e4 void glow sky 0 0 4 1 1 1 0\n"
+                               "sun source a 0 0 4 0 .6 .8 .5 sky source b 0 0 4 0 0 1 180\n"
+                               "void light lit 0 0 3 9 9 9 lit sphere s 0 0 4 0 0 0 1\n" FLOOR);
+    double counts[3] = {0}, flux[3] = {0}, total = 0;
+    for (uint32_t i = 0; i < SAMPLES; i++) {
+        double u[5];
+        pm_emission e;
+        sobol5(i, u);
+        assert_true(pm_light_emit(world, u, &e));
+        bool sun = -(.6 * e.direction.y + .8 * e.direction.z) > .99995;
+        int light = e.from != PM_NO_PRIMITIVE ? 0 : sun ? 1 : 2;
+        counts[light]++;
+        flux[light] += e.flux.g;
+        total += e.flux.g;
+    }
+    for (int i = 0; i < 3; i++) {
+        double share = flux[i] / total;
+        assert_near(counts[i] / SAMPLES, share, 5 * sqrt(share * (1 - share) / SAMPLES));
+        assert_true(counts[i] > 100);
+    }
+    pm_world_free(world);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -196,6 +296,8 @@ int main(void)
         cmocka_unit_test(beams_stay_within_their_cone),
         cmocka_unit_test(directions_are_cosine_weighted),
         cmocka_unit_test(distant_photons_cover_the_scene),
+        cmocka_unit_test(lights_send_photons_in_proportion_to_their_power),
+        cmocka_unit_test(distant_lights_send_photons_in_proportion_to_their_flux),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
