@@ -36,6 +36,19 @@ static const char *const lights[] = {
     "void glow sky 0 0 4 1 1 1 0\nsky source s 0 0 4 0 0 1 180\n",
 };
 
+/* Rarer shapes and kinds: tubes and cups shine inward and out of their open ends, the patterns
+ * over the lamp and over the sky. */
+static const char *const rare_lights[] = {
+    BRIGHT "bright cone lamp 0 0 8 -.5 -.5 .8 -.5 -.5 .5 .05 .2\n",
+    BRIGHT "bright tube lamp 0 0 7 -.2 -.2 .9 -.2 -.2 .6 .2\n",
+    BRIGHT "bright cup lamp 0 0 8 -.2 -.2 .9 -.2 -.2 .6 .1 .3\n",
+    "void illum pane 0 0 3 9 9 9\npane ring lamp 0 0 8 0 0 .9 0 0 -1 0 .3\n",
+    "void brightfunc stripes 2 1+.9*sin(20*Px) . 0 0\nstripes light lit 0 0 3 9 9 9\n"
+    "lit polygon lamp 0 0 12 -.4 -.4 .9 -.4 .4 .9 .4 .4 .9 .4 -.4 .9\n",
+    "void brightfunc bright_south 2 if(-Dy,-Dy,0)+.05 . 0 0\n"
+    "bright_south glow sky 0 0 4 1 1 1 0\nsky source s 0 0 4 0 0 1 180\n",
+};
+
 struct sums {
     double sum[QUARTERS], squares[QUARTERS];
 };
@@ -99,8 +112,18 @@ static void aimed_light_equals_unaimed_light(void **state)
         expect_equal_light(lights[i], GLASS MIRROR);
 }
 
+static void so_does_that_of_rare_lights(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof rare_lights / sizeof *rare_lights; i++)
+        expect_equal_light(rare_lights[i], GLASS MIRROR);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(aimed_light_equals_unaimed_light)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(aimed_light_equals_unaimed_light),
+        cmocka_unit_test(so_does_that_of_rare_lights),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
