@@ -157,10 +157,11 @@ static double albedo_of_a_deep_cloud(double w)
     "fog polygon west 0 0 12 -1 -1 -1 -1 -1 1 -1 1 1 -1 1 -1\n"                                \
     "fog polygon east 0 0 12 1 -1 -1 1 1 -1 1 1 1 1 -1 1\n"
 
-/* Optical thicknesses of 2000 and 6 10^4. The cloud takes 4 (1 - albedo) of the sun's light, all
- * else escapes, and paths live as long as they do: with .9999, of what enters 1 in 180 is
- * scattered 5000 times or more, but for roulette. Light that diffuses through a length 1 / (s sqrt(3 (1 - w)))
- * may leave by the sides, as far from them: of what is taken there, a share. */
+/* Optical thicknesses of 2000 and 6 10^4. The cloud takes 4 (1 - albedo) of the sun's light,
+ * all else escapes, and paths live as long as they do: with .9999, of what enters 1 in 180 is
+ * scattered 5000 times or more, but for roulette. Light that diffuses through a length 1 / (s
+ * sqrt(3 (1 - w))) may leave by the sides, as far from them: of what is taken there, a share.
+ */
 static void expect_deep_cloud(double extinction, double w)
 {
     double radiance = sun_radiance();
